@@ -194,8 +194,9 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     if (!done || hooks.fractions != &coarse) return done;
     ready->print.reset();  // and its memory
     if (grey) {
-        return write_grey(coarse, *ready->format, job.printer, options, fablets, interrupt,
-                          &progress);
+        const Result<void> written =
+            write_grey(coarse, *ready->format, job.printer, options, fablets, interrupt, &progress);
+        return written ? written : add_resume_hint(written.error(), options, ready->format);
     }
     return write_supersampled(coarse, parts, options, fablets, interrupt, &progress);
 }

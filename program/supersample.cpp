@@ -86,19 +86,25 @@ int64_t bytes_of_means(const Options& options, const Vec3i& parts) {
 
 namespace {
 
-/// Prints nothing but means, which go to `to`; `layer` is called for each slice of them.
-Result<void> print_means(const CoarsePrint& coarse, const Vec3i& parts, const Options& options,
-                         const openfab_fablet_list& fablets, const std::atomic<bool>& interrupt,
-                         pipeline::FractionSink* to, std::function<Result<void>(int32_t z)> layer,
-                         Progress* progress) {
+/// The print as it is recorded beside the means.
+pipeline::PrintInfo info_of_means(const CoarsePrint& coarse, const Vec3i& parts) {
     pipeline::PrintInfo info = coarse.info();
-    PrintHooks hooks{.interrupt = interrupt};
-    hooks.window_mm = box_of_slices(info);
-    hooks.sink_bytes_per_fraction = bytes_of_means(options, parts);
     const bool alike = parts.x == parts.y && parts.x == parts.z;
     info.provenance.emplace_back(
         "supersampling",
         alike ? std::to_string(parts.x) : fmt::format("{} x {} x {}", parts.x, parts.y, parts.z));
+    return info;
+}
+
+/// Prints nothing but means of the slices of `info`, which go to `to`; `layer` is called for each of them.
+Result<void> print_means(const CoarsePrint& coarse, const pipeline::PrintInfo& info,
+                         const Vec3i& parts, const Options& options,
+                         const openfab_fablet_list& fablets, const std::atomic<bool>& interrupt,
+                         pipeline::FractionSink* to, std::function<Result<void>(int32_t z)> layer,
+                         Progress* progress) {
+    PrintHooks hooks{.interrupt = interrupt};
+    hooks.window_mm = box_of_slices(info);
+    hooks.sink_bytes_per_fraction = bytes_of_means(options, parts);
     raster::FractionAverage average(info, parts, to);
     hooks.fractions = &average;
     Result<PreparedPrint> ready =
@@ -122,7 +128,8 @@ Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,
                                 const Options& options, const openfab_fablet_list& fablets,
                                 const std::atomic<bool>& interrupt, Progress* progress) {
     raster::FractionFile file(options.fractions_file);
-    return print_means(coarse, parts, options, fablets, interrupt, &file, {}, progress);
+    return print_means(coarse, info_of_means(coarse, parts), parts, options, fablets, interrupt,
+                       &file, {}, progress);
 }
 
 Vec3i grey_parts(const Options& options) {
@@ -141,8 +148,14 @@ Result<void> write_grey(const CoarsePrint& coarse, const backends::Format& forma
     if (!folder) return folder.error();
     raster::GreyStack stack(std::move(*folder), raster::grey_folder_options(format, options.flip_x,
                                                                             options.grey_material));
+    const Vec3i parts = grey_parts(options);
+    pipeline::PrintInfo info = info_of_means(coarse, parts);
+    const Result<int32_t> kept = stack.open(info, coarse.materials());
+    if (!kept) return kept.error();
+    info.slice_begin += *kept;
+    if (info.slice_begin == info.slice_end) return stack.finish(coarse.totals());
     return print_means(
-        coarse, grey_parts(options), options, fablets, interrupt, &stack,
+        coarse, info, parts, options, fablets, interrupt, &stack,
         [&](int32_t z) { return stack.passed(z); }, progress);
 }
 

@@ -21,8 +21,9 @@ namespace openfab::program {
 /// What the second print takes from the first: its grid and, at the end, its totals.
 class CoarsePrint : public pipeline::FractionSink {
   public:
-    Result<void> begin(const pipeline::PrintInfo& info, int32_t) override {
+    Result<void> begin(const pipeline::PrintInfo& info, int32_t materials) override {
         info_ = info;
+        materials_ = materials;
         return {};
     }
     void write(int32_t, int32_t, int32_t, std::span<const float>) override {}
@@ -34,9 +35,12 @@ class CoarsePrint : public pipeline::FractionSink {
 
     const pipeline::PrintInfo& info() const { return info_; }
     const pipeline::PrintTotals& totals() const { return totals_; }
+    /// Returns the number of the parts' materials, which are the first.
+    int32_t materials() const { return materials_; }
 
   private:
     pipeline::PrintInfo info_;
+    int32_t materials_ = 0;
     pipeline::PrintTotals totals_;
 };
 

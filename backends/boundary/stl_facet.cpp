@@ -2,9 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backends/boundary/stl_facet.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cstring>
+#include <string_view>
 
 namespace openfab::boundary {
 
@@ -15,6 +19,32 @@ std::array<uint8_t, kStlHeaderBytes> stl_header(const std::string& title, uint32
     std::memcpy(out.data(), title.data(), std::min(title.size(), kStlTitleBytes));
     std::memcpy(out.data() + kStlTitleBytes, &triangles, sizeof triangles);
     return out;
+}
+
+namespace {
+
+constexpr std::string_view kDigestMark = " xxh3=";
+constexpr size_t kDigits = 16;
+constexpr size_t kDigestAt = kStlTitleBytes - kDigestMark.size() - kDigits;
+
+}  // namespace
+
+void put_stl_digest(uint64_t digest, std::array<uint8_t, kStlHeaderBytes>* header) {
+    const std::string text = fmt::format("{}{:0{}x}", kDigestMark, digest, kDigits);
+    // Zeros would end the title before it.
+    uint8_t* const title = header->data();
+    std::replace(title, title + kDigestAt, uint8_t{0}, static_cast<uint8_t>(' '));
+    std::copy(text.begin(), text.end(), title + kDigestAt);
+}
+
+std::optional<uint64_t> stl_digest(const std::array<uint8_t, kStlHeaderBytes>& header) {
+    const char* const at = reinterpret_cast<const char*>(header.data()) + kDigestAt;
+    const char* const end = at + kDigestMark.size() + kDigits;
+    uint64_t digest = 0;
+    if (std::string_view(at, kDigestMark.size()) != kDigestMark ||
+        std::from_chars(at + kDigestMark.size(), end, digest, 16).ptr != end)
+        return {};
+    return digest;
 }
 
 void put_stl_facet(const std::array<Vec3f, 3>& corners, uint8_t* out) {

@@ -11,6 +11,7 @@
 #include "backends/boundary/messages.h"
 #include "backends/boundary/stl_facet.h"
 #include "backends/common/part_file.h"
+#include "base/hash.h"
 #include "base/text.h"
 
 namespace openfab::boundary {
@@ -67,6 +68,7 @@ class StlWriter final : public MeshWriter {
                           at);
             at += kStlFacetBytes;
         }
+        file.hash.add_bytes(facets_.data(), facets_.size());
         return file.part->write(facets_);
     }
 
@@ -75,11 +77,10 @@ class StlWriter final : public MeshWriter {
             if (file.part == nullptr) continue;
             Result<backends::OutputFile*> out = file.part->flushed();
             if (!out) return out.error();
-            const std::array header = stl_header("", static_cast<uint32_t>(file.triangles));
-            if (Result<void> put =
-                    (*out)->overwrite(kStlTitleBytes, std::span(header).subspan(kStlTitleBytes));
-                !put)
-                return put;
+            std::array header = stl_header(title_of(static_cast<size_t>(&file - files_.data())),
+                                           static_cast<uint32_t>(file.triangles));
+            put_stl_digest(file.hash.value(), &header);
+            if (Result<void> put = (*out)->overwrite(0, header); !put) return put;
         }
         bool any = false;
         for (size_t m = 0; m < files_.size(); ++m) {
@@ -102,16 +103,20 @@ class StlWriter final : public MeshWriter {
     struct File {
         std::unique_ptr<backends::PartFile> part;
         int64_t triangles = 0;
+        Hasher hash;  ///< of the facets
     };
+
+    std::string title_of(size_t material) const {
+        return fmt::format("binary STL in millimetres, material {}",
+                           info_.materials[material].name);
+    }
 
     Result<void> open(size_t material) {
         Result<std::unique_ptr<backends::PartFile>> part =
             backends::PartFile::create(stl_path(path_, info_, material));
         if (!part) return part.error();
         files_[material].part = std::move(*part);
-        return files_[material].part->write(stl_header(
-            fmt::format("binary STL in millimetres, material {}", info_.materials[material].name),
-            0));
+        return files_[material].part->write(stl_header(title_of(material), 0));
     }
 
     std::filesystem::path path_;

@@ -24,13 +24,8 @@ Error folder_error(const char* what, const std::filesystem::path& path, int code
     return outside_error(fmt::format("{} `{}`: {}", what, path.string(), system_reason(code)));
 }
 
-/// Makes `bytes` the contents of a file; returns 0 or the error's number.
-int fill(int fd, std::span<const uint8_t> bytes) {
-    // Not O_TRUNC: a file that becomes empty is written to the disk when it is closed, by itself.
-    struct stat before {};
-    if (::fstat(fd, &before) != 0) return errno;
-    const auto size = static_cast<off_t>(bytes.size());
-    if (before.st_size > size && ::ftruncate(fd, size) != 0) return errno;
+/// Writes all of `bytes`; returns 0 or the error's number.
+int write_all(int fd, std::span<const uint8_t> bytes) {
     while (!bytes.empty()) {
         // Linux writes at most 2 GiB at once.
         const ssize_t n = ::write(fd, bytes.data(), std::min<size_t>(bytes.size(), 1U << 30));
@@ -38,6 +33,16 @@ int fill(int fd, std::span<const uint8_t> bytes) {
         if (n > 0) bytes = bytes.subspan(static_cast<size_t>(n));
     }
     return 0;
+}
+
+/// Makes `bytes` the contents of a file; returns 0 or the error's number.
+int fill(int fd, std::span<const uint8_t> bytes) {
+    // Not O_TRUNC: a file that becomes empty is written to the disk when it is closed, by itself.
+    struct stat before {};
+    if (::fstat(fd, &before) != 0) return errno;
+    const auto size = static_cast<off_t>(bytes.size());
+    if (before.st_size > size && ::ftruncate(fd, size) != 0) return errno;
+    return write_all(fd, bytes);
 }
 
 }  // namespace
@@ -77,6 +82,15 @@ Result<void> OutputFolder::write(const std::string& name, std::span<const uint8_
         folder_error(what, path_ / (code != 0 ? temporary : name), code != 0 ? code : errno);
     ::unlinkat(fd_, temporary.c_str(), 0);
     return error;
+}
+
+Result<void> OutputFolder::append(const std::string& name, std::span<const uint8_t> bytes) const {
+    const int file =
+        ::openat(fd_, name.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (file < 0) return folder_error(messages::kCannotCreate, path_ / name, errno);
+    int code = write_all(file, bytes);
+    if (::close(file) != 0 && code == 0) code = errno;
+    return code == 0 ? Result<void>() : folder_error(messages::kCannotWriteTo, path_ / name, code);
 }
 
 Result<void> OutputFolder::set_aside(const std::string& name) const {

@@ -8,9 +8,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
-#include <iterator>
-#include <map>
 #include <string>
 #include <system_error>
 
@@ -20,6 +17,7 @@
 #include "backends/raster/messages.h"
 #include "backends/raster/png_slice.h"
 #include "base/check.h"
+#include "base/input_file.h"
 #include "base/near_miss.h"
 #include "base/units.h"
 
@@ -31,19 +29,21 @@ constexpr const char* kManifest = "manifest.json";
 constexpr const char* kHandoff = "HANDOFF.txt";
 
 /// Reads a file; empty where it does not exist, an error where it cannot be read.
-Result<std::vector<uint8_t>> read_bytes(const std::filesystem::path& file) {
+Result<std::string> read_bytes(const std::filesystem::path& file) {
     std::error_code status;
-    if (!std::filesystem::exists(file, status)) return std::vector<uint8_t>();
-    std::ifstream in(file, std::ios::binary);
-    std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
-    if (!in || in.bad()) return outside_error(fmt::format(messages::kCannotRead, file.string()));
-    return bytes;
+    if (!std::filesystem::exists(file, status)) return std::string();
+    const Result<InputFile> opened = InputFile::open(file);
+    if (opened) {
+        if (Result<std::string> bytes = opened->read_all(opened->bytes()); bytes) return bytes;
+    }
+    return outside_error(fmt::format(messages::kCannotRead, file.string()));
 }
 
 }  // namespace
 
 bool is_folder_file(const std::string& name) {
-    return is_slice_name(name) || name.starts_with(kManifest) || name.starts_with(kHandoff);
+    return is_slice_name(name) || name.starts_with(kManifest) || name.starts_with(kHandoff) ||
+           name.starts_with(kDigestFile);
 }
 
 Result<std::unique_ptr<pipeline::SliceSink>> FolderSink::open(const std::filesystem::path& folder,
@@ -116,12 +116,46 @@ Result<void> FolderSink::clear() {
     return {};
 }
 
-Result<void> FolderSink::write_notes(const pipeline::PrintTotals& totals) {
-    const auto write = [this](const char* name, const std::string& text) {
+Result<void> FolderSink::write_notes(const pipeline::PrintTotals& totals, bool end) {
+    std::string sums;
+    const auto write = [&](const char* name, const std::string& text) {
+        if (end) sums += digest_line(name, sha256(text));
         return folder_.write(name, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
     };
-    Result<void> written = write(kManifest, manifest_json(info_, totals, written_, options_));
-    return written ? write(kHandoff, handoff_text(info_, totals, written_, options_)) : written;
+    const std::span<const Sha256Digest> digests(digests_);
+    Result<void> written = write(kManifest, manifest_json(info_, totals, written_, options_,
+                                                          digests.first(end ? digests.size() : 0)));
+    if (written) written = write(kHandoff, handoff_text(info_, totals, written_, options_));
+    if (!written || !end) return written;
+    const size_t files = files_a_slice(info_, options_);
+    for (size_t i = 0; i < digests_.size(); ++i) {
+        const auto z = info_.slice_begin + static_cast<int32_t>(i / files);
+        sums += digest_line(slice_file_name(z, i % files, info_, options_), digests_[i]);
+    }
+    end = false;
+    if (written = write(kDigestFile, sums); !written) return written;
+    return folder_.remove(kDigestsSoFar);
+}
+
+Result<void> FolderSink::begin_digests() {
+    std::string text = digests_head(manifest_json(info_, {}, 0, options_));
+    const size_t files = files_a_slice(info_, options_);
+    for (size_t i = 0; i < digests_.size(); ++i) {
+        const auto z = info_.slice_begin + static_cast<int32_t>(i / files);
+        text += digest_line(slice_file_name(z, i % files, info_, options_), digests_[i]);
+    }
+    if (Result<void> gone = folder_.remove(kDigestFile); !gone) return gone;
+    return folder_.write(kDigestsSoFar,
+                         {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+}
+
+Result<void> FolderSink::read_digests(const std::string& manifest) {
+    const Result<std::string> list = read_bytes(folder_.path() / kDigestsSoFar);
+    if (!list) return list.error();
+    earlier_digests_ = parse_digests(*list, digests_head(manifest_json(info_, {}, 0, options_)));
+    // A run that came to its end, complete or not, has left no list of a running one.
+    if (earlier_digests_.empty()) earlier_digests_ = manifest_digests(manifest);
+    return {};
 }
 
 Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
@@ -135,9 +169,11 @@ Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
     }
     if (!earlier_) {
         if (Result<void> cleared = resumed_ ? Result<void>() : clear(); !cleared) return cleared;
-        return write_notes({});  // a crash leaves it incomplete
+        // A crash leaves it incomplete.
+        if (Result<void> noted = write_notes({}, false); !noted) return noted;
+        return begin_digests();
     }
-    const Result<std::vector<uint8_t>> manifest = read_bytes(folder_.path() / kManifest);
+    const Result<std::string> manifest = read_bytes(folder_.path() / kManifest);
     if (!manifest) return manifest.error();
     if (manifest->empty()) {
         const Result<std::vector<std::string>> found = files();
@@ -148,51 +184,73 @@ Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
         return backends::resume_refused(folder_.path().string(),
                                         fmt::format(messages::kSlicesWithoutManifest, kManifest));
     }
-    const std::string why =
-        manifest_difference({manifest->begin(), manifest->end()}, info_, options_);
+    const std::string why = manifest_difference(*manifest, info_, options_);
     if (!why.empty()) return backends::resume_refused(folder_.path().string(), why);
     if (options_.format == SliceFormat::kRgba && shares_a_color(info_)) {
         return backends::resume_refused(folder_.path().string(), messages::kMaterialsAlike);
     }
-    return {};
+    return read_digests(*manifest);
 }
 
-Result<int32_t> FolderSink::resume(const std::function<bool(const pipeline::SliceView&)>& show) {
-    if (!earlier_) return 0;
-    const size_t row_bytes = backends::packed_row_bytes(info_.size.x, info_.bits);
-    std::set<std::string> kept{kManifest, kHandoff};
-    for (int32_t z = info_.slice_begin; z < info_.slice_end; ++z) {
-        std::vector<std::string> of_slice;
-        std::vector<uint8_t> bytes;
-        for (size_t i = 0; i < files_a_slice(info_, options_); ++i) {
-            of_slice.push_back(slice_file_name(z, i, info_, options_));
-            const Result<std::vector<uint8_t>> file = read_bytes(folder_.path() / of_slice.back());
-            if (!file) return file.error();
-            bytes.insert(bytes.end(), file->begin(), file->end());
-        }
-        const std::vector<uint8_t> rows = decode_slice(bytes, info_, options_);
-        if (rows.empty()) break;
-        kept.insert(of_slice.begin(), of_slice.end());
-        ++written_;
-        if (!show({z, rows.data(), row_bytes, info_.size.x, info_.size.y})) {
-            return Error{
-                ErrorCode::kInterrupted,
-                fmt::format(backends::messages::kInterruptedReading, folder_.path().string())};
-        }
+Result<bool> FolderSink::read_slice(int32_t z, KeptSlice* slice) const {
+    for (size_t i = 0; i < files_a_slice(info_, options_); ++i) {
+        const std::string name = slice_file_name(z, i, info_, options_);
+        const auto recorded = earlier_digests_.find(name);
+        if (recorded == earlier_digests_.end()) return false;
+        const Result<std::string> file = read_bytes(folder_.path() / name);
+        if (!file) return file.error();
+        if (sha256(*file) != recorded->second) return false;
+        slice->names.push_back(name);
+        slice->digests.push_back(recorded->second);
+        slice->bytes.insert(slice->bytes.end(), file->begin(), file->end());
     }
-    const bool complete = written_ == info_.slice_end - info_.slice_begin;
+    return true;
+}
+
+Result<int32_t> FolderSink::keep_slices(
+    const std::function<Result<bool>(int32_t z, const std::vector<uint8_t>& bytes)>& take) {
+    std::set<std::string> kept{kManifest, kHandoff, kDigestsSoFar};
+    for (int32_t z = info_.slice_begin; z < info_.slice_end; ++z) {
+        KeptSlice slice;
+        Result<bool> whole = read_slice(z, &slice);
+        if (whole && *whole) whole = take(z, slice.bytes);
+        if (!whole) return whole.error();
+        if (!*whole) break;
+        kept.insert(slice.names.begin(), slice.names.end());
+        digests_.insert(digests_.end(), slice.digests.begin(), slice.digests.end());
+        ++written_;
+    }
     const Result<std::vector<std::string>> found = files();
     if (!found) return found.error();
+    // First the list of what is kept, as the manifest of an earlier run, which may have one, is replaced.
+    if (Result<void> begun = begin_digests(); !begun) return begun.error();
+    // The manifest of a complete print must not stay once slices of it are gone.
+    if (written_ < info_.slice_end - info_.slice_begin) {
+        if (Result<void> noted = write_notes({}, false); !noted) return noted.error();
+    }
     for (const std::string& name : *found) {
         if (kept.contains(name)) continue;
         if (Result<void> removed = folder_.remove(name); !removed) return removed.error();
     }
     earlier_ = false;
-    // The manifest of a complete print must not stay once slices of it are gone.
-    if (!complete) {
-        if (Result<void> noted = write_notes({}); !noted) return noted.error();
-    }
     return written_;
+}
+
+Result<int32_t> FolderSink::resume(const std::function<bool(const pipeline::SliceView&)>& show) {
+    if (!earlier_) return 0;
+    const size_t row_bytes = backends::packed_row_bytes(info_.size.x, info_.bits);
+    return keep_slices([&](int32_t z, const std::vector<uint8_t>& bytes) -> Result<bool> {
+        const std::vector<uint8_t> rows = decode_slice(bytes, info_, options_);
+        if (rows.empty()) return false;
+        if (show({z, rows.data(), row_bytes, info_.size.x, info_.size.y})) return true;
+        return Error{ErrorCode::kInterrupted,
+                     fmt::format(backends::messages::kInterruptedReading, folder_.path().string())};
+    });
+}
+
+Result<int32_t> FolderSink::keep() {
+    if (!earlier_) return 0;
+    return keep_slices([](int32_t, const std::vector<uint8_t>&) -> Result<bool> { return true; });
 }
 
 std::vector<uint8_t> FolderSink::encode(const pipeline::SliceView& slice) const {
@@ -214,13 +272,23 @@ Result<void> FolderSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     OPENFAB_CHECK(z >= 0 && z < info_.size.z);
     const size_t files = files_a_slice(info_, options_);
     const size_t file_bytes = bytes.size() / files;
-    for (size_t i = 0; i < files; ++i) {
+    std::string lines;
+    Result<void> written;
+    for (size_t i = 0; i < files && written; ++i) {
         const std::string name = slice_file_name(z, i, info_, options_);
-        const Result<void> written =
-            folder_.write(name, std::span(bytes).subspan(i * file_bytes, file_bytes));
+        const std::span<const uint8_t> file = std::span(bytes).subspan(i * file_bytes, file_bytes);
+        written = folder_.write(name, file);
         set_aside_.erase(name);
-        if (written) continue;
+        digests_.push_back(sha256(file));
+        lines += digest_line(name, digests_.back());
+    }
+    if (written) {
+        written = folder_.append(kDigestsSoFar,
+                                 {reinterpret_cast<const uint8_t*>(lines.data()), lines.size()});
+    }
+    if (!written) {
         broken_ = true;
+        digests_.resize(static_cast<size_t>(written_) * files);
         return with_resume_state(written.error(), bytes.size());
     }
     ++written_;
@@ -240,7 +308,7 @@ Result<void> FolderSink::finish(const pipeline::PrintTotals& totals) {
     // The notes after the slices: a manifest that says that all are there must be true, whenever
     // the power fails. Those of an interrupted print that were kept are synced with the others.
     if (done) done = folder_.sync();
-    if (done || broken_) done = write_notes(honest);
+    if (done || broken_) done = write_notes(honest, true);
     if (done) done = folder_.sync();
     // An earlier error has been reported already, and is the cause of this one, too.
     return broken_ ? Result<void>() : done;

@@ -3,7 +3,8 @@
 #pragma once
 
 // Writes a folder of slices with `manifest.json` and `HANDOFF.txt`: one PNG each, as front ends of
-// PolyJet printers take them, or a bitmap for each material, as print heads do.
+// PolyJet printers take them, or a bitmap for each material, as print heads do. Beside them their digests
+// (slice_digests.h).
 //
 // `slice_0001.png` is slice z = 0, the lowest. In a picture +x points right and +y up, so the top row
 // is the largest y.
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "backends/common/output_folder.h"
+#include "backends/raster/slice_digests.h"
 #include "backends/raster/slice_files.h"
 #include "runtime/pipeline/slice_sink.h"
 
@@ -24,9 +26,10 @@ namespace openfab::raster {
 bool is_folder_file(const std::string& name);
 
 /// Return the texts of the two files beside the slices; `totals.complete` false marks an incomplete
-/// print.
+/// print. `digests`: of all files of the slices written, slice by slice.
 std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
-                          int32_t slices_written, const FolderOptions& options);
+                          int32_t slices_written, const FolderOptions& options,
+                          std::span<const Sha256Digest> digests = {});
 std::string handoff_text(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
                          int32_t slices_written, const FolderOptions& options);
 
@@ -44,13 +47,17 @@ class FolderSink : public pipeline::SliceSink {
     /// with slices.
     static Result<std::unique_ptr<pipeline::SliceSink>> create(const std::filesystem::path& folder,
                                                                FolderOptions options);
-    /// Reopens the folder of an interrupted print, to be resumed; starts one without slices.
+    /// Reopens the folder of an interrupted print, to be resumed; starts one without slices. Kept are the
+    /// first slices whose files have the digests that the print recorded of them.
     static Result<std::unique_ptr<pipeline::SliceSink>> reopen(const std::filesystem::path& folder,
                                                                FolderOptions options);
 
     /// For a folder that is resumed, fails where its manifest is not that of the same print.
     Result<void> begin(const pipeline::PrintInfo& info) override;
+    /// Keeps no grey pictures, which do not tell the codes: `keep` does.
     Result<int32_t> resume(const std::function<bool(const pipeline::SliceView&)>& show) override;
+    /// As `resume`, but shows no slices.
+    Result<int32_t> keep();
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
     Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override;
     Result<void> finish(const pipeline::PrintTotals& totals) override;
@@ -67,13 +74,29 @@ class FolderSink : public pipeline::SliceSink {
     Result<void> clear();
     /// Adds to an error how many slices are usable, and how much space the rest needs.
     Error with_resume_state(const Error& error, size_t slice_bytes) const;
-    Result<void> write_notes(const pipeline::PrintTotals& totals);
+    /// Writes the manifest and the hand-off; `end` with the digests of what was written.
+    Result<void> write_notes(const pipeline::PrintTotals& totals, bool end);
+    Result<void> begin_digests();
+    /// Reads what is recorded of an earlier run, whose manifest is given.
+    Result<void> read_digests(const std::string& manifest);
+    /// Reads the files of slice z of an earlier run, with their names and digests; false where one is missing
+    /// or not what was recorded.
+    struct KeptSlice {
+        std::vector<std::string> names;
+        std::vector<Sha256Digest> digests;
+        std::vector<uint8_t> bytes;  ///< of all files
+    };
+    Result<bool> read_slice(int32_t z, KeptSlice* slice) const;
+    Result<int32_t> keep_slices(
+        const std::function<Result<bool>(int32_t z, const std::vector<uint8_t>& bytes)>& take);
 
     backends::OutputFolder folder_;
     FolderOptions options_;
     pipeline::PrintInfo info_;
     std::set<std::string> set_aside_;  ///< their names, without `.part`
-    int32_t written_ = 0;              ///< whole slices in the folder, from the first
+    Digests earlier_digests_;
+    std::vector<Sha256Digest> digests_;  ///< of the files of the slices written
+    int32_t written_ = 0;                ///< whole slices in the folder, from the first
     bool resumed_ = false;
     bool earlier_ = false;  ///< an earlier print's slices are still to be read
     bool broken_ = false;

@@ -60,7 +60,6 @@ constexpr backends::Format grey_format(std::string_view name, std::string_view e
     made.kind = backends::FormatKind::kFolder;
     made.flips_x = true;
     made.of_fractions = true;
-    made.not_resumed = messages::kFractionsNotResumed;
     made.bytes_per_column = [](size_t) { return kSlabs * 8 * static_cast<int64_t>(sizeof(float)); };
     made.open = open_folder<grey_options<format>>;
     made.encode = encode<grey_options<format>>;

@@ -4,25 +4,33 @@
 
 #include <fmt/format.h>
 
+#include "backends/raster/folder_sink.h"
 #include "backends/raster/grey_slice.h"
 #include "backends/raster/messages.h"
+#include "base/check.h"
 #include "base/near_miss.h"
 
 namespace openfab::raster {
 
-Result<void> GreyStack::begin(const pipeline::PrintInfo& info, int32_t materials) {
+Result<int32_t> GreyStack::open(const pipeline::PrintInfo& info, int32_t materials) {
     info_ = info;
-    materials_ = static_cast<size_t>(materials);
     const int32_t material = grey_material(info, options_);
     if (material < 0 || material >= materials) {
         std::vector<std::string> names;
-        for (size_t m = 0; m < materials_; ++m)
-            names.push_back(info.materials[m].name);
+        for (int32_t m = 0; m < materials; ++m)
+            names.push_back(info.materials[static_cast<size_t>(m)].name);
         return user_error(fmt::format(messages::kNoGreyPartMaterial, options_.grey_material,
                                       suggest(options_.grey_material, names)));
     }
     material_ = static_cast<size_t>(material);
-    return folder_->begin(info);
+    materials_ = static_cast<size_t>(materials);
+    if (Result<void> begun = folder_->begin(info); !begun) return begun.error();
+    return static_cast<FolderSink&>(*folder_).keep();
+}
+
+Result<void> GreyStack::begin(const pipeline::PrintInfo&, int32_t materials) {
+    OPENFAB_CHECK_EQ(materials_, static_cast<size_t>(materials));
+    return {};
 }
 
 void GreyStack::write(int32_t z, int32_t y, int32_t first_x, std::span<const float> fractions) {
@@ -44,8 +52,7 @@ Result<void> GreyStack::passed(int32_t z) {
 
 Result<void> GreyStack::finish(const pipeline::PrintTotals& totals) {
     // Its folder was begun only if the material is one of the print's.
-    return materials_ == 0 || grey_material(info_, options_) < 0 ? Result<void>()
-                                                                 : folder_->finish(totals);
+    return materials_ == 0 ? Result<void>() : folder_->finish(totals);
 }
 
 }  // namespace openfab::raster

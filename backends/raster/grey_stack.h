@@ -17,10 +17,13 @@ namespace openfab::raster {
 /// Fractions come from one thread, and each slice's before it is passed.
 class GreyStack : public pipeline::FractionSink {
   public:
-    /// `folder`: of the format that `options` have.
+    /// `folder`: a FolderSink, of the format that `options` have.
     GreyStack(std::unique_ptr<pipeline::SliceSink> folder, FolderOptions options)
         : folder_(std::move(folder)), options_(std::move(options)) {}
 
+    /// Opens the folder for the slices of `info`, whose parts have the first `materials`; returns how many
+    /// of its first slices an earlier run has left in it. Before `begin`, whose slices are the others.
+    Result<int32_t> open(const pipeline::PrintInfo& info, int32_t materials);
     Result<void> begin(const pipeline::PrintInfo& info, int32_t materials) override;
     void write(int32_t z, int32_t y, int32_t first_x, std::span<const float> fractions) override;
     Result<void> status() const override { return {}; }

@@ -147,6 +147,34 @@ void put_sizes(Json& json, const char* name, std::initializer_list<int32_t> size
     json.SetFormatOptions(rapidjson::kFormatDefault);
 }
 
+/// Of a part of a print: how many slices the whole has, and which of them are elsewhere, B excluded.
+void put_missing(Json& json, const pipeline::PrintInfo& info) {
+    if (info.slice_begin == 0 && info.slice_end == info.size.z) return;
+    put(json, "slices_of_whole", int64_t{info.size.z});
+    key(json, "slices_elsewhere");
+    json.StartArray();
+    for (const auto& [begin, end] :
+         {std::pair(0, info.slice_begin), std::pair(info.slice_end, info.size.z)}) {
+        if (begin == end) continue;
+        const std::string text = fmt::format("{}:{}", begin, end);
+        json.String(text.c_str(), static_cast<rapidjson::SizeType>(text.size()));
+    }
+    json.EndArray();
+}
+
+void put_digests(Json& json, const pipeline::PrintInfo& info, const FolderOptions& options,
+                 std::span<const Sha256Digest> digests) {
+    if (digests.empty()) return;
+    key(json, "sha256");
+    json.StartObject();
+    const size_t files = files_a_slice(info, options);
+    for (size_t i = 0; i < digests.size(); ++i) {
+        const auto z = info.slice_begin + static_cast<int32_t>(i / files);
+        put(json, slice_file_name(z, i % files, info, options).c_str(), hex_text(digests[i]));
+    }
+    json.EndObject();
+}
+
 std::string text_of(const rapidjson::StringBuffer& buffer) {
     return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
 }
@@ -180,7 +208,8 @@ bool slices_hold_support(const pipeline::PrintInfo& info) {
 }  // namespace
 
 std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
-                          int32_t slices_written, const FolderOptions& options) {
+                          int32_t slices_written, const FolderOptions& options,
+                          std::span<const Sha256Digest> digests) {
     const bool bitmaps = options.format == SliceFormat::kBitmaps;
     rapidjson::StringBuffer buffer;
     Json json(buffer);
@@ -197,6 +226,7 @@ std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::Print
     put(json, "slices", int64_t{slices_written});
     put(json, "slices_planned", int64_t{info.slice_end - info.slice_begin});
     put(json, "first_slice_z", int64_t{info.slice_begin});
+    put_missing(json, info);
     put(json, "first_file", slice_file_name(info.slice_begin, 0, info, options));
     put(json, "last_file", last_file(info, slices_written, options));
     put_sizes(json, "pixels", {info.size.x, info.size.y});
@@ -216,12 +246,13 @@ std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::Print
     put_provenance(json, info);
     put_changes(json, totals);
     put(json, "hash", fmt::format("{:016x}", totals.hash));
+    put_digests(json, info, options, digests);
     json.EndObject();
     return text_of(buffer);
 }
 
 std::string array_json(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
-                       int32_t slices_written) {
+                       int32_t slices_written, std::optional<uint64_t> fractions_hash) {
     rapidjson::StringBuffer buffer;
     Json json(buffer);
     json.SetIndent(' ', 2);
@@ -233,12 +264,14 @@ std::string array_json(const pipeline::PrintInfo& info, const pipeline::PrintTot
     put(json, "printer", info.printer);
     put_sizes(json, "shape_zyx", {slices_written, info.size.y, info.size.x});
     put(json, "first_slice_z", int64_t{info.slice_begin});
+    put_missing(json, info);
     put_geometry(json, info);
     put_materials(json, info, totals, false);
     put(json, "voxels_solid", totals.voxels_solid);
     put_provenance(json, info);
     put_changes(json, totals);
     put(json, "hash", fmt::format("{:016x}", totals.hash));
+    if (fractions_hash) put(json, "fractions_hash", fmt::format("{:016x}", *fractions_hash));
     json.EndObject();
     return text_of(buffer);
 }
@@ -247,8 +280,9 @@ namespace {
 
 /// Writes the entries that are only known at the end.
 bool is_of_the_end(const std::string& name) {
-    for (const char* known : {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels",
-                              "ml", "g", "nozzle_changes"}) {
+    for (const char* known :
+         {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels", "ml", "g",
+          "nozzle_changes", "sha256", "slices_of_whole", "slices_elsewhere"}) {
         if (name == known) return true;
     }
     return false;

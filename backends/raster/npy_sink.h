@@ -7,7 +7,9 @@
 // 0 is the lowest of each. Code 0 is void, c the c-th material. `FILE.npy.json` beside it has the
 // pitch, the origin and the materials.
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "backends/common/output_file.h"
@@ -18,9 +20,10 @@ namespace openfab::raster {
 /// Returns the path of the text beside an array.
 std::string array_json_path(const std::string& path);
 
-/// Returns that text; `totals.complete` false marks an incomplete print.
+/// Returns that text; `totals.complete` false marks an incomplete print. `fractions_hash`: of an array of
+/// fractions (fraction_file.h).
 std::string array_json(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
-                       int32_t slices_written);
+                       int32_t slices_written, std::optional<uint64_t> fractions_hash = {});
 
 class NpySink : public pipeline::SliceSink {
   public:

@@ -10,6 +10,7 @@
 #include <string>
 #include <system_error>
 
+#include "base/clean_exit.h"
 #include "base/messages.h"
 #include "base/result.h"
 #include "base/system_reason.h"
@@ -17,8 +18,20 @@
 namespace openfab {
 
 int run_main(int (*program)(int argc, char** argv), int argc, char** argv) noexcept {
+    return run_guarded([&] { return program(argc, argv); });
+}
+
+void run_thread(const std::function<void()>& body) noexcept {
+    const int code = run_guarded([&] {
+        body();
+        return 0;
+    });
+    if (code != 0) end_cleanly(code);
+}
+
+int run_guarded(const std::function<int()>& body) noexcept {
     try {
-        return program(argc, argv);
+        return body();
     } catch (const std::bad_alloc&) {
         // Without memory for a message that is put together.
         (void)std::fprintf(stderr, "error: %s\n", messages::kMemoryRanOut);

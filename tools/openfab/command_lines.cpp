@@ -112,9 +112,14 @@ void add_info(CLI::App& app, Action* action) {
 }
 
 void add_verify(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand("verify", "check every slice of an .ofr file");
+    CLI::App* command =
+        app.add_subcommand("verify", "check every slice of a print, as it was written");
     auto file = std::make_shared<std::string>();
-    command->add_option("FILE", *file, "an .ofr file, or - for standard input")->required();
+    command
+        ->add_option("FILE", *file,
+                     "an .ofr file, or - for standard input; a folder of slices; an .npy, .stl, "
+                     ".3mf or .gcvf file of a print")
+        ->required();
     auto memory = std::make_shared<std::string>();
     add_memory_option(command, memory.get());
     command->callback(
@@ -180,6 +185,8 @@ void add_merge(CLI::App& app, Action* action) {
     command->add_option("FILES", options->files, "complete .ofr files, in any order")->required();
     command->add_option("-o,--output", options->output.print.output,
                         "a folder, or an .ofr, .gcvf, .npy, .3mf or .stl file");
+    command->add_flag("--whole", options->whole,
+                      "fail where slices of the print are in no file, instead of a warning");
     add_copy_options(command, &options->output);
     command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
 }

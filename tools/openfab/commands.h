@@ -37,6 +37,7 @@ struct ExportOptions {
 
 struct MergeOptions {
     std::vector<std::string> files;
+    bool whole = false;    ///< fails where slices of the print are in no file
     ExportOptions output;  ///< without a file and a slice
 };
 
@@ -64,7 +65,7 @@ Result<std::filesystem::path> import_mesh(ImportArguments arguments);
 /// mesh.
 Result<void> info(const std::string& file, const std::vector<std::string>& allow,
                   const std::string& memory, bool json);
-/// `verify`: checks every slice of an .ofr file.
+/// `verify`: checks every slice of an .ofr file or a folder, an array, a mesh or a package of a print.
 Result<void> verify(const std::string& file, const std::string& memory);
 /// `export`: writes an .ofr file as something else.
 Result<void> run_export(ExportOptions options);

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "backends/ofr/ofr_reader.h"
+#include "backends/raster/slice_digests.h"
 #include "backends/raster/slice_files.h"
 #include "base/input_file.h"
 #include "base/say.h"
@@ -20,6 +21,7 @@
 #include "tools/openfab/commands.h"
 #include "tools/openfab/list_mesh.h"
 #include "tools/openfab/messages.h"
+#include "tools/openfab/verify_files.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -35,6 +37,10 @@ double voxel_ml(const pipeline::PrintInfo& info) {
     return info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
 }
 
+bool is_part(const pipeline::PrintInfo& info) {
+    return info.slice_end - info.slice_begin < info.size.z;
+}
+
 void print_grid(const pipeline::PrintInfo& info) {
     const Vec3d& pitch = info.pitch_mm;
     show(fmt::format("title      {}\nprinter    {}\n", printable(info.title),
@@ -47,8 +53,11 @@ void print_grid(const pipeline::PrintInfo& info) {
                      info.size.y * pitch.y, info.size.z * pitch.z));
     show(fmt::format("origin     {:.3f} {:.3f} {:.3f} mm\n", info.origin_mm.x, info.origin_mm.y,
                      info.origin_mm.z));
-    show(fmt::format("slices     {} to {}\nseed       {}\n", info.slice_begin, info.slice_end - 1,
-                     info.seed));
+    const bool part = is_part(info);
+    show(part ? fmt::format(messages::kSlicesOfWhole, info.slice_begin, info.slice_end - 1,
+                            info.size.z)
+              : fmt::format("slices     {} to {}\n", info.slice_begin, info.slice_end - 1));
+    show(fmt::format("seed       {}\n", info.seed));
 }
 
 /// Describes how much of an unfinished print's file is usable.
@@ -69,7 +78,9 @@ Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
     print_grid(info);
     Result<pipeline::PrintTotals> totals = ofr::OfrReader::read_totals(file);
     if (totals) {
-        show("complete   yes\n");
+        show(is_part(info) ? fmt::format(messages::kCompletePart,
+                                         info.size.z - (info.slice_end - info.slice_begin))
+                           : "complete   yes\n");
     } else {
         Result<std::string> unfinished = describe_unfinished(reader->get());
         if (!unfinished) return unfinished.error();
@@ -91,10 +102,9 @@ Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
 
 /// Empty if it cannot be read, or is larger than any manifest.
 std::optional<std::string> read_manifest(const fs::path& file) {
-    constexpr int64_t kLargest = 1 << 20;
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return {};
-    Result<std::string> text = opened->read_all(kLargest);
+    Result<std::string> text = opened->read_all(raster::kMostManifestBytes);
     return text ? std::optional(std::move(*text)) : std::nullopt;
 }
 
@@ -110,8 +120,12 @@ std::string text_of(const rapidjson::Value& object, const char* name) {
     if (!value.IsArray()) return "?";
     std::string text;
     for (const rapidjson::Value& item : value.GetArray()) {
-        if (!item.IsNumber()) return "?";
-        text += (text.empty() ? "" : " x ") + fmt::format("{:.6g}", item.GetDouble());
+        if (item.IsString())
+            text += (text.empty() ? "" : " ") + std::string(item.GetString());
+        else if (item.IsNumber())
+            text += (text.empty() ? "" : " x ") + fmt::format("{:.6g}", item.GetDouble());
+        else
+            return "?";
     }
     return text;
 }
@@ -144,9 +158,18 @@ Result<void> info_of_folder(const fs::path& folder) {
         show(fmt::format(messages::kFolderIncomplete, count_slice_files(folder)));
         return {};
     }
-    for (const char* name :
-         {"title", "printer", "complete", "slices", "slices_planned", "pixels", "dpi", "layer_um",
-          "size_mm", "color_mode", "support_made_by", "hash"}) {
+    const FolderFiles files = look_for_files(folder, manifest);
+    for (const char* name : {"title", "printer", "complete", "slices", "slices_planned",
+                             "slices_of_whole", "slices_elsewhere", "pixels", "dpi", "layer_um",
+                             "size_mm", "color_mode", "support_made_by", "hash"}) {
+        if (name == std::string_view("complete") && !files.missing.empty()) {
+            show(fmt::format(messages::kFolderLacksFiles, files.missing.size(), files.names.size(),
+                             files.missing.front()));
+            continue;
+        }
+        const bool of_parts = std::string_view(name).starts_with("slices_of") ||
+                              std::string_view(name).starts_with("slices_else");
+        if (of_parts && !manifest.HasMember(name)) continue;
         show(fmt::format("{:<16} {}\n", name, printable(text_of(manifest, name))));
     }
     const auto materials = manifest.FindMember("materials");

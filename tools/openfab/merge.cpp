@@ -5,12 +5,16 @@
 // print: what a run of the whole would have written.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "backends/ofr/ofr_reader.h"
+#include "base/say.h"
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/known_printer.h"
@@ -75,6 +79,20 @@ Result<void> check_neighbours(const Shard& below, const Shard& above) {
     return {};
 }
 
+/// Names what of the whole print is in none of the parts, with the range to print; empty where nothing is.
+std::string missing_slices(const pipeline::PrintInfo& info) {
+    std::vector<std::string> missing, ranges;
+    for (const auto& [begin, end] :
+         {std::pair(0, info.slice_begin), std::pair(info.slice_end, info.size.z)}) {
+        if (begin == end) continue;
+        missing.push_back(slices(begin, end));
+        ranges.push_back(fmt::format("`--slices {}:{}`", begin, end));
+    }
+    return missing.empty() ? std::string()
+                           : fmt::format(messages::kPartsMissing, info.size.z,
+                                         fmt::join(missing, " and "), fmt::join(ranges, " and "));
+}
+
 pipeline::PrintTotals sum(const std::vector<Shard>& shards) {
     pipeline::PrintTotals totals = shards.front().totals;
     for (size_t i = 1; i < shards.size(); ++i)
@@ -112,8 +130,11 @@ Result<void> run_merge(MergeOptions options) {
             return fine;
     pipeline::PrintInfo info = shards->front().info;
     info.slice_end = shards->back().info.slice_end;
+    const std::string missing = missing_slices(info);
+    if (!missing.empty() && options.whole) return user_error(missing);
     if (Result<void> fine = check_copy(&options.output, options.files, info, *memory); !fine)
         return fine;
+    if (!missing.empty()) warn(missing);
     Result<std::unique_ptr<pipeline::SliceSink>> sink =
         program::open_output(options.output.print, printer_of(info));
     if (!sink) return sink.error();

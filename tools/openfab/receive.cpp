@@ -39,11 +39,10 @@ Result<double> parse_seconds(const std::string& text) {
 /// Returns whether the output is a whole print, which nobody who connects may replace.
 bool is_complete(const program::OutputOptions& print) {
     if (print.format == "ofr") return ofr::OfrReader::read_totals(print.output).has_value();
-    constexpr int64_t kMostManifestBytes = 1 << 20;
     const Result<InputFile> file =
         InputFile::open(std::filesystem::path(print.output) / "manifest.json");
     const Result<std::string> text =
-        file ? file->read_all(kMostManifestBytes) : Result<std::string>(file.error());
+        file ? file->read_all(raster::kMostManifestBytes) : Result<std::string>(file.error());
     return text && raster::manifest_is_complete(*text);
 }
 

@@ -12,6 +12,7 @@
 
 #include "backends/common/tee_sink.h"
 #include "backends/raster/png_slice.h"
+#include "backends/raster/slice_digests.h"
 #include "base/input_file.h"
 #include "tools/viewer/messages.h"
 
@@ -19,7 +20,7 @@ namespace openfab::viewer {
 
 namespace {
 
-constexpr size_t kMostManifest = 16 << 20;
+constexpr size_t kMostManifest = raster::kMostManifestBytes;
 constexpr double kMostVoxels = 1 << 24;  ///< along an axis
 constexpr size_t kMostMaterials = 254;
 

@@ -8,8 +8,10 @@
 
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -217,6 +219,54 @@ TEST_F(Fractions, SupersampledAreTheMeansOfThoseOfAFinerPrint) {
         more.insert(more.end(), {"--slices", "1:3"});
         const std::string some = fractions(more).substr(kHeaderBytes);
         EXPECT_TRUE(file.substr(kHeaderBytes + some.size() / 2, some.size()) == some);
+    }
+}
+
+/// What was not printed would be void in it.
+TEST_F(Fractions, AreNotThereBeforeTheyAreWhole) {
+    const std::string whole = fractions({"--voxel", "0.2mm"});
+    const std::string note = read_file(path("f.npy.json"));
+    for (const int signal : {SIGTERM, SIGKILL}) {
+        RunOptions ended;
+        ended.signal = signal;
+        ended.interrupt_when = [](int, const Outcome& so_far) {
+            return so_far.err.find("slices_done") != std::string::npos;
+        };
+        const Outcome outcome = print({"--fractions", path("cut.npy"), "--voxel", "0.03mm",
+                                       "--progress", "json", "--threads", "1"},
+                                      ended);
+        EXPECT_NE(outcome.exit_code, 0);
+        EXPECT_FALSE(std::filesystem::exists(path("cut.npy")));
+        EXPECT_FALSE(std::filesystem::exists(path("cut.npy.json")));
+        EXPECT_EQ(std::filesystem::exists(path("cut.npy.part")), signal == SIGKILL);
+    }
+    // One that is there stays.
+    RunOptions full;
+    full.largest_file_bytes = static_cast<int64_t>(whole.size()) / 2;
+    EXPECT_EQ(print({"--fractions", path("f.npy"), "--voxel", "0.2mm"}, full).exit_code, 3);
+    EXPECT_TRUE(read_file(path("f.npy")) == whole);
+    EXPECT_EQ(read_file(path("f.npy.json")), note);
+}
+
+TEST_F(Fractions, AreVerified) {
+    const std::string whole = fractions({"--voxel", "0.2mm", "-o", path("codes.npy")});
+    for (const char* name : {"f.npy", "codes.npy"}) {
+        const std::string bytes = read_file(path(name));
+        const auto exit_code = [&] {
+            return run({program("openfab"), "verify", path(name)}).exit_code;
+        };
+        EXPECT_EQ(exit_code(), 0);
+        std::string damaged = bytes;
+        char& middle = damaged[kHeaderBytes + (bytes.size() - kHeaderBytes) / 2 / 8 * 8];
+        middle = static_cast<char>(middle ^ 1);
+        scratch_.write(name, damaged);
+        EXPECT_EQ(exit_code(), 1) << name;
+        scratch_.write(name, bytes.substr(0, bytes.size() - 4));
+        EXPECT_EQ(exit_code(), 1) << name;
+        scratch_.write(name, bytes);
+        EXPECT_EQ(exit_code(), 0);
+        std::filesystem::remove(path(name) + ".json");
+        EXPECT_EQ(exit_code(), 1) << name;
     }
 }
 

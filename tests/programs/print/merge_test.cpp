@@ -44,7 +44,7 @@ class Merge : public ::testing::Test {
     Outcome merge(const std::vector<std::string>& files, const std::string& output) {
         std::vector<std::string> argv{program("openfab"), "merge"};
         for (const std::string& file : files)
-            argv.push_back(path(file));
+            argv.push_back(file.starts_with("--") ? file : path(file));
         argv.insert(argv.end(), {"-o", path(output)});
         return run(argv);
     }
@@ -85,6 +85,38 @@ TEST_F(Merge, PartsInAnyOrderBecomeTheBytesOfOneRun) {
     outcome = merge({"b.ofr", "c.ofr"}, "merged_middle.ofr");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_EQ(read_file(path("merged_middle.ofr")), read_file(path("middle.ofr")));
+}
+
+/// What an array of jobs leaves of which the first or the last failed.
+TEST_F(Merge, WhatIsMissingAtTheEndsIsNamed) {
+    print("a.ofr", "0:3");
+    print("b.ofr", "3:20");
+    print("c.ofr", "20:40");
+    print("whole.ofr");
+    const auto told = [](const std::string& slices, const std::string& ranges) {
+        return fmt::format(tools::messages::kPartsMissing, 40, slices, ranges);
+    };
+    const std::string top = fmt::format(tools::messages::kSlicesTo, 20, 39);
+    const std::string bottom = fmt::format(tools::messages::kSlicesTo, 0, 2);
+    EXPECT_THAT(merge({"a.ofr", "b.ofr"}, "low.ofr").err, HasSubstr(told(top, "`--slices 20:40`")));
+    EXPECT_THAT(merge({"b.ofr", "c.ofr"}, "high.ofr").err,
+                HasSubstr(told(bottom, "`--slices 0:3`")));
+    EXPECT_THAT(merge({"b.ofr"}, "middle").err,
+                HasSubstr(told(bottom + " and " + top, "`--slices 0:3` and `--slices 20:40`")));
+    EXPECT_EQ(merge({"low.ofr", "c.ofr"}, "all.ofr").err, "");
+    EXPECT_EQ(read_file(path("all.ofr")), read_file(path("whole.ofr")));
+
+    const std::string low = run({program("openfab"), "info", path("low.ofr")}).out;
+    EXPECT_THAT(low, HasSubstr(fmt::format(tools::messages::kSlicesOfWhole, 0, 19, 40)));
+    EXPECT_THAT(low, HasSubstr(fmt::format(tools::messages::kCompletePart, 20)));
+    const std::string middle = run({program("openfab"), "info", path("middle")}).out;
+    EXPECT_THAT(middle, HasSubstr("slices_of_whole  40\nslices_elsewhere 0:3 20:40\n"));
+    const std::string all = run({program("openfab"), "info", path("all.ofr")}).out;
+    EXPECT_THAT(all, HasSubstr("slices     0 to 39\n"));
+    EXPECT_THAT(all, HasSubstr("complete   yes\n"));
+
+    expect_refused({"--whole", "a.ofr", "b.ofr"}, told(top, "`--slices 20:40`"));
+    EXPECT_EQ(merge({"--whole", "a.ofr", "b.ofr", "c.ofr"}, "all2.ofr").exit_code, 0);
 }
 
 TEST_F(Merge, WhatIsNotOnePrintIsRefused) {

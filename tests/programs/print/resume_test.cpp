@@ -199,7 +199,7 @@ TEST_F(Resume, SlicesThatAreNotWholeAreMadeAgain) {
     manifest.replace(manifest.find(whole), whole.size(), "\"complete\": false");
     scratch_.write("a/manifest.json", manifest);
     const Outcome told = run({program("openfab"), "info", path("a")});
-    EXPECT_THAT(told.out, testing::Says(tools::messages::kFolderIncomplete, expected.size() - 2));
+    EXPECT_THAT(told.out, testing::Says(tools::messages::kFolderIncomplete, expected.size() - 3));
     std::vector<std::string> again = arguments;
     again.push_back("--resume");
     // Files after a power failure: renamed but empty or full of zeros; and a part that was never
@@ -211,6 +211,86 @@ TEST_F(Resume, SlicesThatAreNotWholeAreMadeAgain) {
         ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
         EXPECT_THAT(outcome.err, HasSubstr("(10 resumed)"));
         EXPECT_TRUE(files_of(path("a")) == expected);
+    }
+}
+
+/// After a power loss names of an earlier print may be there again, with its digests.
+TEST_F(Resume, SlicesOfAnotherPrintInTheFolderAreMadeAgain) {
+    for (const std::string format : {"png", "bmp"}) {
+        const auto arguments = [&](const std::string& folder, const std::string& seed) {
+            return std::vector<std::string>{"-o",      path(folder), "--format", format,
+                                            "--draft", "2",          "--seed",   seed};
+        };
+        undisturbed(arguments("other" + format, "7"));
+        undisturbed(arguments("whole" + format, "8"));
+        const Files other = files_of(path("other" + format)),
+                    expected = files_of(path("whole" + format));
+        int differ = 0;
+        for (const auto& [name, bytes] : expected)
+            differ += name.starts_with("slice_") && other.at(name) != bytes ? 1 : 0;
+        ASSERT_GT(differ, 20);  // the dither is of the seed
+        // Killed, with the first slices and their digests; then the others of both kinds come back.
+        for (const bool with_digests : {false, true}) {
+            fs::remove_all(path("a"));
+            const std::string third =
+                path(format == "png" ? "a/slice_0003.png" : "a/slice_0003_1.bmp");
+            RunOptions killed;
+            killed.signal = SIGKILL;
+            killed.interrupt_when = [&](int, const Outcome&) { return fs::exists(third); };
+            std::vector<std::string> first = arguments("a", "8");
+            first.insert(first.end(), {"--threads", "1"});
+            ASSERT_NE(print(first, killed).exit_code, 0);
+            for (const auto& [name, bytes] : other) {
+                const bool back =
+                    name.starts_with("slice_") || (with_digests && name.starts_with("SHA"));
+                if (back && !fs::exists(path("a/" + name))) scratch_.write("a/" + name, bytes);
+            }
+            std::vector<std::string> again = arguments("a", "8");
+            again.push_back("--resume");
+            const Outcome outcome = print(again);
+            ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+            EXPECT_TRUE(files_of(path("a")) == expected) << format << with_digests;
+        }
+        // Two slices of the same print, exchanged after its end.
+        const std::string end = format == "png" ? ".png" : "_1.bmp";
+        fs::rename(path("a/slice_0020" + end), path("a/x"));
+        fs::rename(path("a/slice_0021" + end), path("a/slice_0020" + end));
+        fs::rename(path("a/x"), path("a/slice_0021" + end));
+        std::vector<std::string> again = arguments("a", "8");
+        again.push_back("--resume");
+        EXPECT_THAT(print(again).err, HasSubstr("(19 resumed)"));
+        EXPECT_TRUE(files_of(path("a")) == expected) << format;
+    }
+}
+
+TEST_F(Resume, GreyPicturesGoOn) {
+    for (const char* format : {"grey", "tiff16"}) {
+        const auto arguments = [&](const std::string& folder) {
+            return std::vector<std::string>{"-o",
+                                            path(folder),
+                                            "--format",
+                                            format,
+                                            "--draft",
+                                            kSixth,
+                                            "--fractions-supersample",
+                                            "2"};
+        };
+        const std::string whole = std::string("whole") + format, cut = std::string("cut") + format;
+        undisturbed(arguments(whole));
+        const Files expected = files_of(path(whole));
+        fs::copy(path(whole), path(cut));
+        const std::string end = std::string(format) == "grey" ? ".png" : ".tif";
+        ASSERT_TRUE(fs::remove(path(cut + "/slice_0012" + end)));
+        std::vector<std::string> again = arguments(cut);
+        again.push_back("--resume");
+        for (int i = 0; i < 2; ++i) {  // the second time all are there
+            const Outcome outcome = print(again);
+            ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+            EXPECT_TRUE(files_of(path(cut)) == expected) << format;
+        }
+        again.insert(again.end(), {"--seed", "9"});
+        EXPECT_EQ(print(again).exit_code, 1);
+        EXPECT_TRUE(files_of(path(cut)) == expected) << format;
     }
 }
 

@@ -16,9 +16,11 @@
 #include "backends/raster/messages.h"
 #include "backends/raster/npy_sink.h"
 #include "backends/raster/png_encode.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -93,7 +95,8 @@ TEST_F(SliceFolder, SlicesOfAnEarlierPrintAreGoneFromTheFirstOn) {
     ASSERT_TRUE((*sink)->commit(0, (*sink)->encode(print.view(0, rows))));
     EXPECT_THAT(slices(), ::testing::ElementsAre("slice_0001.png"));
     ASSERT_TRUE((*sink)->finish({}));
-    EXPECT_EQ(std::distance(fs::directory_iterator(scratch_ / "slices"), {}), 3);
+    // With the two notes and the digests.
+    EXPECT_EQ(std::distance(fs::directory_iterator(scratch_ / "slices"), {}), 4);
 }
 
 /// What other names lead to keeps its bytes.
@@ -401,6 +404,83 @@ TEST_F(SliceFolder, ManifestAndHandoff) {
         EXPECT_THAT(note, HasSubstr(part));
     }
     EXPECT_THAT(note, ::testing::Not(HasSubstr("NOT COMPLETE")));
+}
+
+/// `sha256sum` checks a folder, and `openfab verify` tells what is missing, other or none of it.
+TEST_F(SliceFolder, EveryFileHasItsDigest) {
+    for (const raster::SliceFormat format :
+         {raster::SliceFormat::kRgba, raster::SliceFormat::kIndexed, raster::SliceFormat::kBitmaps,
+          raster::SliceFormat::kGrey8, raster::SliceFormat::kTiff16}) {
+        raster::FolderOptions options;
+        options.format = format;
+        SamplePrint print = make_sample({40, 30, 12});
+        print.info.slice_begin = 2;
+        ASSERT_TRUE(write(print, options));
+        const auto by_others = [&](const std::string& check) {
+            return run(
+                {"/bin/sh", "-c", "cd '" + (scratch_ / "slices").string() + "' && " + check});
+        };
+        EXPECT_EQ(by_others("sha256sum --check --strict --quiet SHA256SUMS").exit_code, 0);
+        const size_t files = format == raster::SliceFormat::kBitmaps ? 30 : 10;
+        rapidjson::Document manifest;
+        manifest.Parse(read_file(scratch_ / "slices/manifest.json").c_str());
+        ASSERT_EQ(manifest["sha256"].MemberCount(), files);
+        const auto& first = *manifest["sha256"].MemberBegin();
+        EXPECT_EQ(by_others(std::string("sha256sum ") + first.name.GetString()).out.substr(0, 64),
+                  first.value.GetString());
+
+        const auto told = [&] {
+            return run({program("openfab"), "verify", (scratch_ / "slices").string()});
+        };
+        EXPECT_EQ(told().exit_code, 0) << told().err;
+        const std::string end = format == raster::SliceFormat::kBitmaps  ? "_2.bmp"
+                                : format == raster::SliceFormat::kTiff16 ? ".tif"
+                                                                         : ".png";
+        const fs::path one = scratch_ / ("slices/slice_0005" + end);
+        const std::string bytes = read_file(one);
+        const auto wrong = [&](const char* message, const std::string& name) {
+            const Outcome outcome = told();
+            EXPECT_EQ(outcome.exit_code, 1);
+            EXPECT_THAT(outcome.err, HasSubstr(fmt::format(fmt::runtime(message), name)));
+        };
+        const std::string name = one.filename().string();
+        fs::remove(one);
+        wrong(tools::messages::kFileMissing, name);
+        EXPECT_THAT(run({program("openfab"), "info", (scratch_ / "slices").string()}).out,
+                    HasSubstr(fmt::format(tools::messages::kFolderLacksFiles, 1, files, name)));
+        fs::copy(scratch_ / ("slices/slice_0006" + end), one);
+        wrong(tools::messages::kFileDiffers, name);
+        scratch_.write("slices/" + name, bytes);
+        const std::string more = "slice_0012_9.bmp";
+        scratch_.write("slices/" + more, bytes);
+        wrong(tools::messages::kFileOfOther, more);
+        fs::remove(scratch_ / ("slices/" + more));
+        std::string other = read_file(scratch_ / "slices/HANDOFF.txt");
+        scratch_.write("slices/HANDOFF.txt", other + "Print it twice.\n");
+        wrong(tools::messages::kFileDiffers, "HANDOFF.txt");
+        scratch_.write("slices/HANDOFF.txt", other);
+        EXPECT_EQ(told().exit_code, 0) << told().err;
+        ASSERT_TRUE(write(print, options, "slices", false));
+        EXPECT_EQ(told().exit_code, 1);
+    }
+}
+
+/// A folder without digests is checked by the voxels of its pictures.
+TEST_F(SliceFolder, WithoutDigestsTheHashOfTheVoxelsTells) {
+    ASSERT_TRUE(write(make_sample({40, 30, 5}), {}));
+    rapidjson::Document manifest;
+    std::string text = read_file(scratch_ / "slices/manifest.json");
+    text = text.substr(0, text.find(",\n  \"sha256\"")) + "\n}\n";
+    scratch_.write("slices/manifest.json", text);
+    fs::remove(scratch_ / "slices/SHA256SUMS");
+    const auto verify = [&] {
+        return run({program("openfab"), "verify", (scratch_ / "slices").string()});
+    };
+    EXPECT_EQ(verify().exit_code, 0);
+    EXPECT_THAT(verify().err, HasSubstr(tools::messages::kWithoutDigests));
+    fs::copy(scratch_ / "slices/slice_0003.png", scratch_ / "slices/slice_0002.png",
+             fs::copy_options::overwrite_existing);
+    EXPECT_EQ(verify().exit_code, 1);
 }
 
 TEST_F(SliceFolder, AnInterruptedPrintSaysSo) {

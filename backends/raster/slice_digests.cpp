@@ -1,0 +1,57 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/raster/slice_digests.h"
+
+#include <fmt/format.h>
+#include <rapidjson/document.h>
+
+namespace openfab::raster {
+
+namespace {
+
+constexpr size_t kDigits = 64;
+constexpr std::string_view kBetween = "  ";
+
+}  // namespace
+
+std::string digest_line(std::string_view name, const Sha256Digest& digest) {
+    return fmt::format("{}{}{}\n", hex_text(digest), kBetween, name);
+}
+
+std::string digests_head(std::string_view manifest) {
+    return fmt::format("# of the print {}\n", hex_text(sha256(manifest)));
+}
+
+Digests parse_digests(std::string_view text, std::string_view head) {
+    Digests digests;
+    if (!text.starts_with(head)) return digests;
+    text.remove_prefix(head.size());
+    for (size_t end = text.find('\n'); end != std::string_view::npos; end = text.find('\n')) {
+        const std::string_view line = text.substr(0, end);
+        text.remove_prefix(end + 1);
+        Sha256Digest digest{};
+        const bool fine = line.size() > kDigits + kBetween.size() &&
+                          line.substr(kDigits, kBetween.size()) == kBetween &&
+                          parse_hex(line.substr(0, kDigits), &digest);
+        if (!fine) break;
+        digests[std::string(line.substr(kDigits + kBetween.size()))] = digest;
+    }
+    return digests;
+}
+
+Digests manifest_digests(const std::string& manifest) {
+    Digests digests;
+    rapidjson::Document root;
+    root.Parse<rapidjson::kParseIterativeFlag>(manifest.data(), manifest.size());
+    if (root.HasParseError() || !root.IsObject()) return digests;
+    const auto found = root.FindMember("sha256");
+    if (found == root.MemberEnd() || !found->value.IsObject()) return digests;
+    for (const auto& [name, value] : found->value.GetObject()) {
+        Sha256Digest digest{};
+        if (value.IsString() && parse_hex({value.GetString(), value.GetStringLength()}, &digest))
+            digests[name.GetString()] = digest;
+    }
+    return digests;
+}
+
+}  // namespace openfab::raster

@@ -1,0 +1,99 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab verify` of the formats that are one file: whole ones pass, damaged ones do not.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <random>
+
+#include "tests/programs/print/simple_world.h"
+#include "tests/support/places/places.h"
+#include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Returns where a byte of the contents is: of a package one of a part, not of the headers between them.
+size_t data_at(const std::string& bytes, std::mt19937* random) {
+    const std::string header("PK\3\4", 4);
+    const size_t middle = bytes.size() / 4 + (*random)() % (bytes.size() / 4);
+    if (!bytes.starts_with(header)) return middle;
+    const size_t at = bytes.rfind(header, middle);
+    const auto number = [&](size_t from, int count) {
+        size_t value = 0;
+        for (int i = count - 1; i >= 0; --i)
+            value = value << 8 | static_cast<uint8_t>(bytes[at + from + static_cast<size_t>(i)]);
+        return value;
+    };
+    return at + 30 + number(26, 2) + number(28, 2) + std::min<size_t>(number(18, 4) / 2, 20);
+}
+
+class Verify : public ::testing::Test {
+  protected:
+    Verify() {
+        scratch_.write("f.fl", "fablet Skin {}\n");
+        scratch_.write("w.fab.json", SimpleWorld{"Skin", R"({"sphere": 4})"}.text());
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    Outcome verify(const std::string& name) {
+        return run({program("openfab"), "verify", path(name)});
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(Verify, DamageInAnyFormatIsFound) {
+    std::mt19937 random(5);
+    for (const char* output : {"a.stl", "a.3mf", "a.gcvf"}) {
+        const Outcome printed = run({test_program("openfab_test_print_4"), path("w.fab.json"),
+                                     std::string(output) == "a.gcvf" ? "--voxel" : "--mesh-pitch",
+                                     "0.2mm", "-o", path(output)});
+        ASSERT_EQ(printed.exit_code, 0) << printed.err;
+        int files = 0;
+        for (const auto& entry : std::filesystem::directory_iterator(path(""))) {
+            const std::string name = entry.path().filename().string();
+            if (!name.starts_with("a") ||
+                entry.path().extension() != std::filesystem::path(output).extension())
+                continue;
+            ++files;
+            const std::string bytes = read_file(entry.path());
+            EXPECT_EQ(verify(name).exit_code, 0) << verify(name).err;
+            for (int i = 0; i < 5; ++i) {
+                std::string damaged = bytes;
+                char& byte = damaged[data_at(bytes, &random)];
+                byte = static_cast<char>(byte ^ (1 << i));
+                scratch_.write(name, damaged);
+                EXPECT_EQ(verify(name).exit_code, 1) << name;
+            }
+            scratch_.write(name, bytes.substr(0, bytes.size() - 40));
+            EXPECT_EQ(verify(name).exit_code, 1) << name;
+            scratch_.write(name, bytes);
+        }
+        EXPECT_GE(files, 1);
+    }
+}
+
+/// Of another program's file nothing more is known than its size.
+TEST_F(Verify, AMeshOfOthersHasNoDigest) {
+    std::string bytes(84, ' ');
+    bytes[80] = 1;
+    bytes[81] = bytes[82] = bytes[83] = 0;
+    scratch_.write("theirs.stl", bytes + std::string(50, '\0'));
+    const Outcome outcome = verify("theirs.stl");
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_THAT(outcome.err,
+                HasSubstr(fmt::format(tools::messages::kMeshWithoutDigest, path("theirs.stl"), 1)));
+    scratch_.write("theirs.stl", bytes);
+    EXPECT_EQ(verify("theirs.stl").exit_code, 1);
+}
+
+}  // namespace
+}  // namespace openfab::testing
