@@ -27,23 +27,27 @@ Made printed(const Bench& bench, const std::string& world, const std::string& vo
 Made arrange(const Bench& bench) {
     Made made;
     made.outcome = bench.openfab(
-        {"arrange", bench.world(), "-o", bench.path("trays.fab.json"), "--gap", "1mm"}, false);
+        {"arrange", bench.world(), "-o", bench.path("trays.fab.json"), "--gap", "1mm"});
     return made.outcome.exit_code == 0 ? printed(bench, "trays.fab.json") : made;
 }
 
-/// Where cuts are is searched; what they leave is the whole solid, in as many pieces.
+/// Where cuts are is searched; what is on all trays is the whole solid.
 Made split(const Bench& bench) {
     Made made;
-    made.outcome = bench.openfab({"split", bench.world(), "--fit", "4.5x4.5x4.5mm", "--peg", "0mm",
-                                  "--number", "0mm", "-o", bench.path("pieces.fab.json")},
-                                 false);
+    made.outcome = bench.openfab({"split", bench.world(), "--fit", "5.6x5.6x5.6mm", "--peg", "0mm",
+                                  "--number", "0mm", "-o", bench.path("pieces.fab.json")});
     if (made.outcome.exit_code != 0) return made;
-    Made out;
-    const Made print = printed(bench, "exploded-pieces.fab.json");
-    out.outcome = print.outcome;
-    if (print.outcome.exit_code == 0)
-        out.numbers["solid"] = static_cast<double>(print.voxels.solid());
-    return out;
+    double solid = 0;
+    std::string tray = "pieces.fab.json";
+    for (int n = 2; std::filesystem::exists(bench.path(tray)); ++n) {
+        const Made print = printed(bench, tray);
+        made.outcome = print.outcome;
+        if (print.outcome.exit_code != 0) return made;
+        solid += static_cast<double>(print.voxels.solid());
+        tray = fmt::format("pieces-{}.fab.json", n);
+    }
+    made.numbers["solid"] = solid;
+    return made;
 }
 
 /// What is found, of each kind: the least measure, and how many voxels.
@@ -88,7 +92,7 @@ Made functions(const Bench& bench) {
     if (made.outcome.exit_code != 0) return made;
     made.outcome = bench.openfab({"import", "f.3mf", "-o", bench.path("again")}, false);
     if (made.outcome.exit_code != 0) return made;
-    return printed(bench, "again/again.fab.json");
+    return printed(bench, "again/f.fab.json");
 }
 
 /// The mean brightness of a small picture.
