@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
-#include "pieces/extent.h"
 #include "world/build_reader.h"
 #include "world/messages.h"
+#include "world/placed_box.h"
 
 namespace openfab::world {
 
@@ -88,7 +88,6 @@ void BuildReader::note_no_extent(const Error& error) {
 
 const Box3d& BuildReader::turned_box(const Placement& placement) {
     const Object& object = world_.objects[placement.object];
-    const mesh::Mesh& mesh = world_.meshes[object.mesh];
     const pieces::Region* region =
         placement.piece >= 0 ? &object.pieces->regions[placement.piece] : nullptr;
     const bool own = extent_of_ != nullptr && has_own_extent(placement);
@@ -112,13 +111,8 @@ const Box3d& BuildReader::turned_box(const Placement& placement) {
         }
         return known->second;
     }
-    looked_at_ += static_cast<double>(mesh.positions.size());
-    if (region != nullptr) {
-        known->second = pieces::piece_box({mesh.positions, mesh.triangles}, *region, turn);
-    } else {
-        for (const Vec3d& p : mesh.positions)
-            known->second.add(turn.apply_vector(p));
-    }
+    looked_at_ += static_cast<double>(points_of(world_, object));
+    known->second = placed_box(world_, object, placement.piece, turn);
     return known->second;
 }
 
