@@ -37,10 +37,10 @@ Result<Loaded> load(const ArrangeArguments& arguments, int64_t memory) {
     for (size_t i = 0; i < arguments.worlds.size(); ++i) {
         const std::string& file = arguments.worlds[i];
         Result<world::World> world =
-            world::load_world(file, {{arguments.allow.begin(), arguments.allow.end()}, memory});
+            world::load_world(file, world::rules_of(arguments.allow, memory));
         if (!world) return world.error();
-        if (const Result<void> known =
-                find_extents(file, arguments.allow, arguments.memory, &*world);
+        if (const Result<void> known = find_extents(
+                file, {arguments.allow, arguments.settings, arguments.memory}, &*world);
             !known)
             return known.error();
         const Result<std::string> text = read_text_file(file, world::kLargestWorld);

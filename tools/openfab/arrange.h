@@ -14,7 +14,7 @@ namespace openfab::tools {
 struct ArrangeArguments {
     std::vector<std::string> worlds;  ///< alike in all but what they build
     std::string fit, output, gap = "5mm", turn = "upright", memory;
-    std::vector<std::string> allow;
+    std::vector<std::string> allow, settings;
 };
 
 Result<void> run_arrange(const ArrangeArguments& arguments);

@@ -190,6 +190,8 @@ class Checker {
     }
 
     Result<CheckedPrint> of_print() {
+        if (!arguments_.settings.empty())
+            return usage_error(fmt::format(messages::kSetOfPrint, printable(arguments_.file)));
         auto reader = ofr::OfrReader::open(arguments_.file, memory_);
         if (!reader) return reader.error();
         const Grid grid = grid_of((*reader)->info(), 1);
@@ -279,6 +281,8 @@ class Checker {
         option("--threads", arguments_.threads > 0 ? std::to_string(arguments_.threads) : "");
         for (const std::string& allow : arguments_.allow)
             argv.push_back(allow_argument(allow));
+        for (const std::string& one : arguments_.settings)
+            argv.push_back("--set=" + one);
         argv.insert(argv.end(), arguments_.print_words.begin(), arguments_.print_words.end());
         return argv;
     }

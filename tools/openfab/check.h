@@ -15,7 +15,7 @@ namespace openfab::tools {
 struct CheckArguments {
     std::string file, printer, process, picture, report, memory;
     std::string wall, gap, hole, island, trapped;  ///< limits that replace those of the profile
-    std::vector<std::string> apart, allow;
+    std::vector<std::string> apart, allow, settings;
     int32_t parts = 0;  ///< of each voxel along an axis; 0: as many as memory allows, at most 3
     int32_t draft = 1;
     int32_t threads = 0;

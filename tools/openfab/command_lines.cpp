@@ -29,6 +29,20 @@ void add_memory_option(CLI::App* command, std::string* text) {
         ->type_name("SIZE");
 }
 
+/// Declares what says how a world is read, as for its print.
+void add_world_options(CLI::App* command, std::vector<std::string>* allow,
+                       std::vector<std::string>* settings) {
+    command->add_option("--set", *settings, "as for the print: OBJECT.UNIFORM=VALUE (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("SETTING");
+    command
+        ->add_option("--allow", *allow,
+                     "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false);
+    command->add_flag_callback(
+        kProgramsWord, [allow] { allow->emplace_back(kProgramsWord); }, kProgramsHelp);
+}
+
 void add_new(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand("new", "make a folder with a fablet and a world");
     auto name = std::make_shared<std::string>();
@@ -252,10 +266,7 @@ void add_split(CLI::App& app, Action* action) {
                      "a volume, such as from `openfab mechanics part -o` (FILE, or FILE:ARRAY): "
                      "sections go where it is small")
         ->type_name("VOLUME");
-    command
-        ->add_option("--allow", a->allow,
-                     "a folder that the world may read besides its own (repeatable)")
-        ->allow_extra_args(false);
+    add_world_options(command, &a->allow, &a->settings);
     add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_split(*a); }; });
 }
@@ -284,10 +295,7 @@ void add_arrange(CLI::App& app, Action* action) {
                      "how things may be turned: none, upright (about z, the default), or all (on "
                      "their sides if they fit no other way)")
         ->type_name("CHOICE");
-    command
-        ->add_option("--allow", a->allow,
-                     "a folder that the world may read besides its own (repeatable)")
-        ->allow_extra_args(false);
+    add_world_options(command, &a->allow, &a->settings);
     add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_arrange(*a); }; });
 }
@@ -320,12 +328,7 @@ void add_check(CLI::App& app, Action* action) {
         ->check(CLI::Range(1, 8));
     command->add_option("--threads", a->threads, "of the print (default: all cores)")
         ->check(CLI::Range(1, 1024));
-    command
-        ->add_option("--allow", a->allow,
-                     "a folder that the world may read besides its own (repeatable)")
-        ->allow_extra_args(false);
-    command->add_flag_callback(
-        kProgramsWord, [a] { a->allow.emplace_back(kProgramsWord); }, kProgramsHelp);
+    add_world_options(command, &a->allow, &a->settings);
     add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_check(*a); }; });
 }

@@ -26,8 +26,7 @@ constexpr int64_t kMostText = 4000;       // of errors
 constexpr size_t kMostExtents = 1 << 28;  // bytes
 
 /// Returns what the world's print program writes.
-Result<JsonValue> ask(const std::string& file, const std::vector<std::string>& allow,
-                      const std::string& memory) {
+Result<JsonValue> ask(const std::string& file, const WorldOptions& options) {
     const Result<fs::path> programs = program_folder();
     if (!programs) return programs.error();
     const auto folder = TemporaryFolder::create();
@@ -41,9 +40,11 @@ Result<JsonValue> ask(const std::string& file, const std::vector<std::string>& a
                                   out.string(),
                                   "--progress",
                                   "plain"};
-    if (!memory.empty()) argv.insert(argv.end(), {"--memory", memory});
-    for (const std::string& one : allow)
+    if (!options.memory.empty()) argv.insert(argv.end(), {"--memory", options.memory});
+    for (const std::string& one : options.allow)
         argv.push_back(allow_argument(one));
+    for (const std::string& one : options.settings)
+        argv.push_back("--set=" + one);
     const auto child = viewer::Child::start(argv, (*folder)->path() / "extents.out", err);
     if (!child) return child.error();
     if (const int code = (*child)->wait(); code != 0) {
@@ -85,14 +86,14 @@ mesh::Mesh box_mesh(const Box3d& box) {
 
 }  // namespace
 
-Result<void> find_extents(const std::string& file, const std::vector<std::string>& allow,
-                          const std::string& memory, world::World* world) {
+Result<void> find_extents(const std::string& file, const WorldOptions& options,
+                          world::World* world) {
     const bool any =
         std::any_of(world->build.begin(), world->build.end(), [&](const world::Placement& placed) {
             return world->shapes.contains(world->objects[static_cast<size_t>(placed.object)].mesh);
         });
-    if (!any) return {};
-    const Result<JsonValue> told = ask(file, allow, memory);
+    if (!any && options.settings.empty()) return {};
+    const Result<JsonValue> told = ask(file, options);
     if (!told) return told.error();
     if (told->items.size() != world->build.size())
         return internal_error(

@@ -12,9 +12,16 @@
 
 namespace openfab::tools {
 
+/// How a world is read, as the print of what is made will be.
+struct WorldOptions {
+    std::vector<std::string> allow, settings;
+    std::string memory;
+};
+
 /// Sets the extents of the placements whose meshes are only boxes around them, and where they stand;
-/// their objects get boxes that hold these as meshes. Does nothing where there are none.
-Result<void> find_extents(const std::string& file, const std::vector<std::string>& allow,
-                          const std::string& memory, world::World* world);
+/// their objects get boxes that hold these as meshes. Does nothing where there are none, but for reading
+/// the settings.
+Result<void> find_extents(const std::string& file, const WorldOptions& options,
+                          world::World* world);
 
 }  // namespace openfab::tools

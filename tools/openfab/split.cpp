@@ -308,11 +308,11 @@ Result<void> run_split(const SplitArguments& arguments) {
     if (!machine) return machine.error();
     if (const Result<void> beside = check_beside(arguments.output, arguments.world); !beside)
         return beside;
-    Result<world::World> world = world::load_world(
-        arguments.world, {{arguments.allow.begin(), arguments.allow.end()}, *memory});
+    Result<world::World> world =
+        world::load_world(arguments.world, world::rules_of(arguments.allow, *memory));
     if (!world) return world.error();
-    if (const Result<void> known =
-            find_extents(arguments.world, arguments.allow, arguments.memory, &*world);
+    if (const Result<void> known = find_extents(
+            arguments.world, {arguments.allow, arguments.settings, arguments.memory}, &*world);
         !known)
         return known.error();
     const Result<std::string> text = read_text_file(arguments.world, world::kLargestWorld);

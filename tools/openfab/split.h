@@ -15,7 +15,7 @@ struct SplitArguments {
     std::string world, fit, output, object, peg = "6mm", clearance = "0.1mm", skin = "1.5mm",
                                             number = "6mm", gap = "5mm", material, seam, look,
                                             stress, memory;
-    std::vector<std::string> allow;
+    std::vector<std::string> allow, settings;
 };
 
 Result<void> run_split(const SplitArguments& arguments);

@@ -13,10 +13,10 @@
 #include "base/affine.h"
 #include "base/polar.h"
 #include "base/say.h"
-#include "pieces/extent.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/pieces_text.h"
 #include "tools/openfab/stock.h"
+#include "world/placed_box.h"
 
 namespace openfab::tools {
 
@@ -181,16 +181,7 @@ class TrayWriter {
     const Box3d& turned_box(const Thing& thing, const std::array<double, 9>& m) {
         const auto [known, fresh] = boxes_.try_emplace({thing.placement->object, thing.piece, m});
         if (!fresh) return known->second;
-        const world::Object& object = object_of(thing);
-        const mesh::Mesh& mesh = world_.meshes[static_cast<size_t>(object.mesh)];
-        const Affine3d map{m, {}};
-        if (thing.piece >= 0) {
-            const auto& region = object.pieces->regions[static_cast<size_t>(thing.piece)];
-            known->second = pieces::piece_box({mesh.positions, mesh.triangles}, region, map);
-        } else {
-            for (const Vec3d& p : mesh.positions)
-                known->second.add(map.apply(p));
-        }
+        known->second = world::placed_box(world_, object_of(thing), thing.piece, {m, {}});
         return known->second;
     }
 

@@ -1,0 +1,225 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Where beams, what grows and what programs make stand, and what tools say of their size: as the same solid does that is
+// placed by numbers from a closed form.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "backends/ofr/ofr_reader.h"
+#include "runtime/part/messages.h"
+#include "tests/programs/tools/openfab_print.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
+#include "world/messages.h"
+
+namespace openfab::testing {
+namespace {
+
+constexpr const char* kGrown = R"(struct N { float3 end[2]; float radius; int children; float reach; };
+
+fablet F {
+    @uniform { Material m; float r = 1; }
+    @Grow(@varying { GrowAttributes attr, N parent })
+    {
+        N s;
+        s.end[0] = attr.level == 0 ? float3(-3, 0, 0) : float3(0, -2, 1);
+        s.end[1] = attr.level == 0 ? float3(3, 1, 2) : float3(0, 3, 1);
+        s.radius = r;
+        s.children = attr.level == 0 ? 1 : 0;
+        s.reach = 9;
+        return s;
+    }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(m, 1);
+        return mc;
+    }
+}
+
+fablet Plain {
+    @uniform { Material m; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(m, 1);
+        return mc;
+    }
+}
+)";
+
+/// Ends of the two beams, of radius 1.
+constexpr double kEnds[4][3] = {{-3, 0, 0}, {3, 1, 2}, {0, -2, 1}, {0, 3, 1}};
+
+class Extents : public OpenfabPrint {
+  protected:
+    Extents() {
+        scratch_.write("f.fl", kGrown);
+        scratch_.write("t.txt",
+                       "node -3 0 0 1\nnode 3 1 2 1\nnode 0 -2 1 1\nnode 0 3 1 1\n"
+                       "strut 0 1\nstrut 2 3\n");
+        scratch_.write(
+            "p.sh",
+            "while read line; do echo 'beam -3 0 0 3 1 2 1 1'; echo 'beam 0 -2 1 0 3 1 1 1'; "
+            "echo done; done\n");
+    }
+    /// Writes `beams`, `grown` and `program`, of a build.
+    void write_worlds(const std::string& build) {
+        const std::string box = R"("box_mm": [[-9, -8, -9], [9, 9, 7]])";
+        for (const auto& [name, mesh, fablet] :
+             {std::tuple<const char*, std::string, const char*>{"beams", R"({"beams": "t.txt"})",
+                                                                "plain"},
+              {"grown", R"({"grow": "f", )" + box + "}", "f"},
+              {"program", R"({"program": ["sh", "p.sh"], )" + box + "}", "plain"}})
+            scratch_.write(std::string(name) + ".fab.json", fmt::format(R"({{
+  "openfab": 1, "printer": "generic",
+  "fablets": {{"f": {{"source": "f.fl", "fablet": "F"}}, "plain": {{"source": "f.fl", "fablet": "Plain"}}}},
+  "materials": {{"a": {{"key": "#ffffff"}}}},
+  "meshes": {{"m": {}}},
+  "objects": {{"o": {{"mesh": "m", "fablet": "{}", "uniforms": {{"m": "a"}}}}}},
+  "build": {}
+}})",
+                                                                        mesh, fablet, build));
+    }
+    /// The places of voxels with material, in multiples of the pitch.
+    std::set<std::array<int64_t, 3>> printed(const std::string& world) {
+        const Outcome outcome = print({path(world + ".fab.json"), "-o", path("a.ofr"), "--voxel",
+                                       "0.25mm", "--support", "off", "--allow-programs"});
+        EXPECT_EQ(outcome.exit_code, 0) << world << ": " << outcome.err;
+        std::set<std::array<int64_t, 3>> out;
+        auto reader = ofr::OfrReader::open(path("a.ofr"));
+        if (!reader) return out;
+        const pipeline::PrintInfo info = (*reader)->info();
+        const auto place = [&](int axis, int32_t i) {
+            return std::llround(info.origin_mm[axis] / info.pitch_mm[axis]) + i;
+        };
+        int32_t z = 0;
+        for (Result<bool> more = (*reader)->next(); more && *more; more = (*reader)->next(), ++z) {
+            for (int32_t y = 0; y < info.size.y; ++y) {
+                for (int32_t x = 0; x < info.size.x; ++x) {
+                    if ((*reader)->slice().code(x, y, info.bits) != 0)
+                        out.insert({place(0, x), place(1, y), place(2, z)});
+                }
+            }
+        }
+        EXPECT_GT(out.size(), 1000u);
+        return out;
+    }
+    Outcome tool(std::vector<std::string> words) {
+        words.insert(words.begin(), program("openfab").string());
+        return run(words, {{{"OPENFAB_CACHE", path("cache")},
+                            {"OPENFAB_HELPER", program("openfab").string()}},
+                           {},
+                           {}});
+    }
+};
+
+/// Single voxels whose middles lie on a surface, but for the last bits, may differ.
+size_t differences(const std::set<std::array<int64_t, 3>>& a,
+                   const std::set<std::array<int64_t, 3>>& b) {
+    std::vector<std::array<int64_t, 3>> out;
+    std::ranges::set_symmetric_difference(a, b, std::back_inserter(out));
+    return out.size();
+}
+
+constexpr const char* kKinds[] = {"beams", "grown", "program"};
+
+TEST_F(Extents, WhatIsTurnedStandsOnTheBedAndInRows) {
+    // Turned by 50 degrees about x.
+    const double c = std::cos(50 * M_PI / 180), s = std::sin(50 * M_PI / 180);
+    double low[3] = {1e9, 1e9, 1e9}, high[3] = {-1e9, -1e9, -1e9};
+    for (const auto& [x, y, z] : kEnds) {
+        const double at[3] = {x, y * c - z * s, y * s + z * c};
+        for (int a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], at[a] - 1);
+            high[a] = std::max(high[a], at[a] + 1);
+        }
+    }
+    const std::string placed = fmt::format(
+        R"([{{"object": "o", "rotate_deg": [50, 0, 0], "translate_mm": [0, 0, {}], "grid": {{"count": [1, 3], "step_mm": [0, {}]}}}}])",
+        -low[2], high[1] - low[1] + 2);
+    write_worlds(placed);
+    const auto right = printed("beams");
+    EXPECT_EQ((*std::ranges::min_element(right, {}, [](const auto& p) { return p[2]; }))[2], 0);
+    write_worlds(
+        R"([{"object": "o", "rotate_deg": [50, 0, 0], "translate_mm": [0, 0], "grid": {"count": [1, 3], "spacing_mm": 2}}])");
+    for (const char* kind : kKinds)
+        EXPECT_LE(differences(printed(kind), right), 3u) << kind;
+}
+
+TEST_F(Extents, ToolsTakeThemAsTheyAre) {
+    write_worlds(R"([{"object": "o"}])");
+    for (const std::string kind : kKinds) {
+        SCOPED_TRACE(kind);
+        const std::string world = path(kind + ".fab.json");
+        std::vector<std::string> more;
+        if (kind == "program") {
+            // A program is not run unasked, and the message says how to ask.
+            for (const char* one : {"arrange", "split"}) {
+                const Outcome refused =
+                    tool({one, world, "--fit", "20x20x20mm", "-o", path("n.fab.json")});
+                EXPECT_EQ(refused.exit_code, 1);
+                EXPECT_THAT(refused.err, ::testing::HasSubstr("--allow-programs"));
+            }
+            more.emplace_back("--allow-programs");
+        }
+        const auto with = [&](std::vector<std::string> words) {
+            words.insert(words.end(), more.begin(), more.end());
+            return tool(std::move(words));
+        };
+        // 8 x 7 x 4 mm: from -3 - 1 to 3 + 1, from -2 - 1 to 3 + 1, from 0 - 1 to 2 + 1.
+        const Outcome arranged =
+            with({"arrange", world, "--fit", "9x8x5mm", "-o", path("t.fab.json"), "--turn", "none"});
+        EXPECT_EQ(arranged.exit_code, 0) << arranged.err;
+        EXPECT_THAT(arranged.out, ::testing::HasSubstr("8 x 7 x 4 mm"));
+        EXPECT_EQ(with({"arrange", world, "--fit", "7.9x7.9x5mm", "-o", path("t.fab.json"), "--turn", "none"}).exit_code,
+                  1);
+        const Outcome split =
+            with({"split", world, "--fit", "9x8x5mm", "-o", path("s.fab.json")});
+        EXPECT_EQ(split.exit_code, 0) << split.err;
+        EXPECT_THAT(split.out,
+                    Says(tools::messages::kFitsAsItIs, "object `o`, 8 x 7 x 4 mm"));
+    }
+}
+
+// As the print that follows has it.
+TEST_F(Extents, ToolsTakeSettings) {
+    write_worlds(R"([{"object": "o"}])");
+    const std::string world = path("grown.fab.json");
+    const Outcome arranged = tool(
+        {"arrange", world, "--fit", "9x8x5mm", "-o", path("t.fab.json"), "--turn", "none", "--set", "o.r=0.5"});
+    EXPECT_THAT(arranged.out, ::testing::HasSubstr("7 x 6 x 3 mm")) << arranged.err;
+    const Outcome split =
+        tool({"split", world, "--fit", "9x8x5mm", "-o", path("s.fab.json"), "--set", "o.r=0.5"});
+    EXPECT_THAT(split.out, Says(tools::messages::kFitsAsItIs, "object `o`, 7 x 6 x 3 mm"))
+        << split.err;
+    for (const char* one : {"arrange", "split"}) {
+        const Outcome wrong = tool({one, path("beams.fab.json"), "--fit", "9x8x5mm", "-o",
+                                    path("t.fab.json"), "--set", "o.r=0.5"});
+        EXPECT_EQ(wrong.exit_code, 1) << one;
+        EXPECT_THAT(wrong.err, ::testing::HasSubstr("o.r"));
+    }
+    const auto check = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> words{"check", world, "--draft", "2", "--wall", "1.5mm"};
+        words.insert(words.end(), more.begin(), more.end());
+        return tool(words);
+    };
+    EXPECT_EQ(check({}).exit_code, 0);
+    const Outcome found = check({"--set", "o.r=0.5"});
+    EXPECT_EQ(found.exit_code, 1) << found.err;
+    EXPECT_THAT(found.out, ::testing::HasSubstr("wall"));
+}
+
+}  // namespace
+}  // namespace openfab::testing
