@@ -13,6 +13,7 @@
 #include "program/job.h"
 #include "runtime/part/bind.h"
 #include "runtime/solid/kinds/kinds.h"
+#include "world/placed_box.h"
 
 namespace openfab::program {
 
@@ -39,19 +40,22 @@ Result<void> write_extents(const Options& options, const openfab_fablet_list& fa
     if (!parts) return parts.error();
     const openfab_isa isa = abi::best_isa(options.isa.value_or(OPENFAB_ISA_AVX512));
     // Only for lookup, never iterated: the order of pointers must not affect results.
-    std::map<std::tuple<const part::Part*, const part::Piece*, std::array<double, 9>>, Box3d> known;
+    std::map<std::tuple<const void*, const part::Piece*, std::array<double, 9>>, Box3d> known;
     JsonText out;
     out.begin_array();
     for (size_t i = 0; i < parts->size(); ++i) {
         part::Part part = (*parts)[i];
-        if (part.shape == nullptr) {
+        if (!world::asks_solid(*world, world->build[i])) {
             out.null();
             continue;
         }
         const Vec3d at = world->build[i].transform.t;
         const std::array<double, 9> turn = part.local_to_build.m;
         const auto extent = [&](const std::array<double, 9>& m) -> Result<Box3d> {
-            const auto [found, fresh] = known.try_emplace({part.shape.get(), part.piece.get(), m});
+            const void* const source = part.shape != nullptr
+                                           ? static_cast<const void*>(part.shape.get())
+                                           : part.beams.get();
+            const auto [found, fresh] = known.try_emplace({source, part.piece.get(), m});
             if (!fresh) return found->second;
             part.local_to_build.m = m;
             part.local_to_build.t = Affine3d{m, {}}.apply(part.mesh->center_part_mm);

@@ -58,9 +58,10 @@ Box3d BuildReader::box(const JsonValue& value, const std::vector<Placement>& pla
     return out.empty() ? Box3d{{}, {}} : out;
 }
 
-/// Whether what is placed is known by World::shapes, as whose mesh a box stands.
+/// Whether the solid itself has to be asked how far it reaches: a box stands as the mesh of what
+/// World::shapes knows, and around beams, which are cut into pieces.
 bool BuildReader::has_own_extent(const Placement& placement) const {
-    return world_.shapes.contains(world_.objects[placement.object].mesh);
+    return asks_solid(world_, placement);
 }
 
 /// Returns the overrides of a placement in the groups that are read: outer ones win.

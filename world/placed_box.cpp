@@ -44,6 +44,11 @@ Box3d placed_box(const World& world, const Object& object, int32_t piece, const 
     return box;
 }
 
+bool asks_solid(const World& world, const Placement& placement) {
+    const int32_t mesh = world.objects[static_cast<size_t>(placement.object)].mesh;
+    return world.shapes.contains(mesh) || (placement.piece >= 0 && world.beams.contains(mesh));
+}
+
 size_t points_of(const World& world, const Object& object) {
     const mesh::Beams* beams = beams_of(world, object);
     return world.meshes[static_cast<size_t>(object.mesh)].positions.size() +

@@ -12,6 +12,9 @@ namespace openfab::world {
 /// which stands for it.
 Box3d placed_box(const World& world, const Object& object, int32_t piece, const Affine3d& map);
 
+/// Returns whether only the solid itself knows the box of a placement: as whose mesh a box stands, and of pieces
+/// of beams.
+bool asks_solid(const World& world, const Placement& placement);
 /// How many points are looked at for that.
 size_t points_of(const World& world, const Object& object);
 

@@ -83,8 +83,8 @@ __attribute__((target("sha,sse4.1"))) void add_blocks(uint32_t* state, const uin
         const __m128i abef_before = abef, cdgh_before = cdgh;
         __m128i w[4];
         for (int i = 0; i < 4; ++i) {
-            w[i] = _mm_shuffle_epi8(
-                _mm_loadu_si128(reinterpret_cast<const __m128i*>(blocks) + i), swap);
+            w[i] = _mm_shuffle_epi8(_mm_loadu_si128(reinterpret_cast<const __m128i*>(blocks) + i),
+                                    swap);
         }
         for (int i = 0; i < 16; ++i) {
             const __m128i now = w[i & 3];

@@ -30,9 +30,9 @@ std::string_view name_of(std::string_view variable) {
 std::vector<char*> variables(std::vector<std::string>* more) {
     std::vector<char*> all;
     for (char** one = environ; *one != nullptr; ++one) {
-        const bool replaced = std::any_of(more->begin(), more->end(), [&](const std::string& other) {
-            return name_of(other) == name_of(*one);
-        });
+        const bool replaced =
+            std::any_of(more->begin(), more->end(),
+                        [&](const std::string& other) { return name_of(other) == name_of(*one); });
         if (!replaced) all.push_back(*one);
     }
     for (std::string& one : *more)
@@ -53,8 +53,7 @@ int start_program(const ProgramStart& start, pid_t* process) {
     const std::vector<char*> environment = variables(&more);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    if (!start.folder.empty())
-        posix_spawn_file_actions_addchdir_np(&actions, start.folder.c_str());
+    if (!start.folder.empty()) posix_spawn_file_actions_addchdir_np(&actions, start.folder.c_str());
     // Standard error last: standard output may become what it is now.
     const std::pair<int, int> streams[] = {
         {start.in, STDIN_FILENO}, {start.out, STDOUT_FILENO}, {start.err, STDERR_FILENO}};

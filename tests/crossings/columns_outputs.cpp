@@ -118,8 +118,8 @@ Made format(const Bench& bench) {
             std::count_if(sizes.begin(), sizes.end(), [&](uintmax_t s) { return s > least; }));
         return made;
     }
-    std::vector<std::string> words{"print",   bench.world(),   "-o", "a.ofr",
-                                   "--pitch", "0.25,0.25,0.25"};
+    std::vector<std::string> words{"print", bench.world(), "-o",
+                                   "a.ofr", "--pitch",     "0.25,0.25,0.25"};
     // Meshes have the largest material of each voxel, as documents say.
     if (format->kind == backends::FormatKind::kMesh)
         words.insert(words.end(), {"--dither", "majority"});

@@ -19,7 +19,7 @@ using namespace program::messages;
 using namespace solid::messages;
 
 constexpr Refusal kRefusals[] = {
-    {{"bed|bed alone|gaps|rows|tray|beyond|arrange", "grown*|program*", "*"},
+    {{"bed|bed alone|gaps|rows|tray|beyond|arrange|split", "grown*|program*", "*"},
      kReachNotKnown,
      kReachNotKnownHelp},
     {{"beyond", "*", "*"}, kPartOutsideTray, ""},

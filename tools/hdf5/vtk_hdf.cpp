@@ -51,7 +51,8 @@ bool read_numbers(hid_t of, const char* name, std::array<double, count>* out) {
     const Hdf5Handle attribute(H5Aopen(of, name, H5P_DEFAULT), H5Aclose);
     if (!attribute.ok()) return false;
     const Hdf5Handle space(H5Aget_space(attribute), H5Sclose);
-    if (!space.ok() || H5Sget_simple_extent_npoints(space) != static_cast<hssize_t>(count)) return false;
+    if (!space.ok() || H5Sget_simple_extent_npoints(space) != static_cast<hssize_t>(count))
+        return false;
     return H5Aread(attribute, H5T_NATIVE_DOUBLE, out->data()) >= 0;
 }
 
@@ -97,8 +98,8 @@ Fields list_fields(hid_t root, bool of_points, const std::string& file_name) {
     out.usual = read_text(group, "Scalars");
     for (hsize_t i = 0; i < info.nlinks; ++i) {
         std::array<char, 256> letters{};
-        if (H5Lget_name_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, i, letters.data(), letters.size(),
-                               H5P_DEFAULT) <= 0)
+        if (H5Lget_name_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, i, letters.data(),
+                               letters.size(), H5P_DEFAULT) <= 0)
             continue;
         std::string field(letters.data());
         if (field == "vtkGhostType" || field == "vtkGhostLevels") {
@@ -123,7 +124,8 @@ Result<int64_t> components(hid_t file, const std::string& set, const Vec3i& size
     if (one_step && !left.empty() && left.front() == 1) left.erase(left.begin());
     const std::array<hsize_t, 3> wanted{static_cast<hsize_t>(size.z), static_cast<hsize_t>(size.y),
                                         static_cast<hsize_t>(size.x)};
-    if (left.size() < 3 || left.size() > 4 || !std::equal(wanted.begin(), wanted.end(), left.begin()))
+    if (left.size() < 3 || left.size() > 4 ||
+        !std::equal(wanted.begin(), wanted.end(), left.begin()))
         return user_error(fmt::format(messages::kVtkHdfSides, set, all, fmt::join(wanted, " ")));
     return left.size() == 4 ? static_cast<int64_t>(left[3]) : 1;
 }
@@ -148,18 +150,22 @@ MadeReader open_vtk_hdf(const std::filesystem::path& path, const texture::Volume
     const bool has_steps = H5Lexists(root, "Steps", H5P_DEFAULT) > 0;
     if (has_steps) {
         const Hdf5Handle group(H5Gopen2(root, "Steps", access), H5Gclose);
-        if (!group.ok() || !read_numbers(group, "NSteps", &steps)) return user_error(messages::kDataSetDamaged);
+        if (!group.ok() || !read_numbers(group, "NSteps", &steps))
+            return user_error(messages::kDataSetDamaged);
         if (steps[0] != 1)
-            return user_error(fmt::format(messages::kVtkHdfSteps, steps[0]), messages::kVtkHdfStepsHelp);
+            return user_error(fmt::format(messages::kVtkHdfSteps, steps[0]),
+                              messages::kVtkHdfStepsHelp);
     }
-    for (const bool got : {read_numbers(root, "WholeExtent", &image.extent), read_numbers(root, "Origin", &image.origin),
+    for (const bool got : {read_numbers(root, "WholeExtent", &image.extent),
+                           read_numbers(root, "Origin", &image.origin),
                            read_numbers(root, "Spacing", &image.spacing),
                            read_numbers(root, "Direction", &image.direction)}) {
         if (!got) return user_error(messages::kVtkHdfPlace);
     }
     std::vector<std::string> names;
     const std::string file_name = path.filename().string();
-    const Fields points = list_fields(root, true, file_name), cells = list_fields(root, false, file_name);
+    const Fields points = list_fields(root, true, file_name),
+                 cells = list_fields(root, false, file_name);
     names.insert(names.end(), points.names.begin(), points.names.end());
     names.insert(names.end(), cells.names.begin(), cells.names.end());
     const Result<size_t> picked =

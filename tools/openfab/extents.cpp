@@ -15,6 +15,7 @@
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
 #include "tools/viewer/child.h"
+#include "world/placed_box.h"
 
 namespace openfab::tools {
 
@@ -88,10 +89,9 @@ mesh::Mesh box_mesh(const Box3d& box) {
 
 Result<void> find_extents(const std::string& file, const WorldOptions& options,
                           world::World* world) {
-    const bool any =
-        std::any_of(world->build.begin(), world->build.end(), [&](const world::Placement& placed) {
-            return world->shapes.contains(world->objects[static_cast<size_t>(placed.object)].mesh);
-        });
+    const bool any = std::any_of(
+        world->build.begin(), world->build.end(),
+        [&](const world::Placement& placed) { return world::asks_solid(*world, placed); });
     if (!any && options.settings.empty()) return {};
     const Result<JsonValue> told = ask(file, options);
     if (!told) return told.error();

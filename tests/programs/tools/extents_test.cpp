@@ -17,16 +17,16 @@
 #include <vector>
 
 #include "backends/ofr/ofr_reader.h"
-#include "runtime/part/messages.h"
+#include "runtime/solid/messages.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/says/says.h"
 #include "tools/openfab/messages.h"
-#include "world/messages.h"
 
 namespace openfab::testing {
 namespace {
 
-constexpr const char* kGrown = R"(struct N { float3 end[2]; float radius; int children; float reach; };
+constexpr const char* kGrown =
+    R"(struct N { float3 end[2]; float radius; int children; float reach; };
 
 fablet F {
     @uniform { Material m; float r = 1; }
@@ -39,6 +39,20 @@ fablet F {
         s.children = attr.level == 0 ? 1 : 0;
         s.reach = 9;
         return s;
+    }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(m, 1);
+        return mc;
+    }
+}
+
+fablet Round {
+    @uniform { Material m; float r = 1; }
+    @Shape(@varying { ShapeAttributes attr }) [[ distance ]]
+    {
+        return length(attr.p) - 3 * r;
     }
     @Volume(@varying { VolumeAttributes attr })
     {
@@ -81,10 +95,11 @@ class Extents : public OpenfabPrint {
              {std::tuple<const char*, std::string, const char*>{"beams", R"({"beams": "t.txt"})",
                                                                 "plain"},
               {"grown", R"({"grow": "f", )" + box + "}", "f"},
+              {"shape", R"({"shape": "round", "box_mm": [[-4, -4, -4], [4, 4, 4]]})", "round"},
               {"program", R"({"program": ["sh", "p.sh"], )" + box + "}", "plain"}})
             scratch_.write(std::string(name) + ".fab.json", fmt::format(R"({{
   "openfab": 1, "printer": "generic",
-  "fablets": {{"f": {{"source": "f.fl", "fablet": "F"}}, "plain": {{"source": "f.fl", "fablet": "Plain"}}}},
+  "fablets": {{"f": {{"source": "f.fl", "fablet": "F"}}, "plain": {{"source": "f.fl", "fablet": "Plain"}}, "round": {{"source": "f.fl", "fablet": "Round"}}}},
   "materials": {{"a": {{"key": "#ffffff"}}}},
   "meshes": {{"m": {}}},
   "objects": {{"o": {{"mesh": "m", "fablet": "{}", "uniforms": {{"m": "a"}}}}}},
@@ -133,8 +148,6 @@ size_t differences(const std::set<std::array<int64_t, 3>>& a,
     return out.size();
 }
 
-constexpr const char* kKinds[] = {"beams", "grown", "program"};
-
 TEST_F(Extents, WhatIsTurnedStandsOnTheBedAndInRows) {
     // Turned by 50 degrees about x.
     const double c = std::cos(50 * M_PI / 180), s = std::sin(50 * M_PI / 180);
@@ -147,62 +160,61 @@ TEST_F(Extents, WhatIsTurnedStandsOnTheBedAndInRows) {
         }
     }
     const std::string placed = fmt::format(
-        R"([{{"object": "o", "rotate_deg": [50, 0, 0], "translate_mm": [0, 0, {}], "grid": {{"count": [1, 3], "step_mm": [0, {}]}}}}])",
+        R"([{{"object": "o", "rotate_deg": [50, 0, 0], "translate_mm": [0, 0, {}], "grid": {{"count": [1, 3], "step_mm": [0, {}, 0]}}}}])",
         -low[2], high[1] - low[1] + 2);
     write_worlds(placed);
     const auto right = printed("beams");
     EXPECT_EQ((*std::ranges::min_element(right, {}, [](const auto& p) { return p[2]; }))[2], 0);
     write_worlds(
         R"([{"object": "o", "rotate_deg": [50, 0, 0], "translate_mm": [0, 0], "grid": {"count": [1, 3], "spacing_mm": 2}}])");
-    for (const char* kind : kKinds)
-        EXPECT_LE(differences(printed(kind), right), 3u) << kind;
+    EXPECT_LE(differences(printed("beams"), right), 3u);
+    for (const char* kind : {"grown", "program"}) {
+        const Outcome refused = print({path(std::string(kind) + ".fab.json"), "-o", path("a.ofr"),
+                                       "--voxel", "0.25mm", "--allow-programs"});
+        EXPECT_EQ(refused.exit_code, 1) << kind;
+        EXPECT_THAT(refused.err, Says(solid::messages::kReachNotKnown, "o"));
+    }
 }
 
 TEST_F(Extents, ToolsTakeThemAsTheyAre) {
     write_worlds(R"([{"object": "o"}])");
-    for (const std::string kind : kKinds) {
-        SCOPED_TRACE(kind);
-        const std::string world = path(kind + ".fab.json");
-        std::vector<std::string> more;
-        if (kind == "program") {
-            // A program is not run unasked, and the message says how to ask.
-            for (const char* one : {"arrange", "split"}) {
-                const Outcome refused =
-                    tool({one, world, "--fit", "20x20x20mm", "-o", path("n.fab.json")});
-                EXPECT_EQ(refused.exit_code, 1);
-                EXPECT_THAT(refused.err, ::testing::HasSubstr("--allow-programs"));
-            }
-            more.emplace_back("--allow-programs");
-        }
-        const auto with = [&](std::vector<std::string> words) {
-            words.insert(words.end(), more.begin(), more.end());
-            return tool(std::move(words));
-        };
-        // 8 x 7 x 4 mm: from -3 - 1 to 3 + 1, from -2 - 1 to 3 + 1, from 0 - 1 to 2 + 1.
-        const Outcome arranged =
-            with({"arrange", world, "--fit", "9x8x5mm", "-o", path("t.fab.json"), "--turn", "none"});
-        EXPECT_EQ(arranged.exit_code, 0) << arranged.err;
-        EXPECT_THAT(arranged.out, ::testing::HasSubstr("8 x 7 x 4 mm"));
-        EXPECT_EQ(with({"arrange", world, "--fit", "7.9x7.9x5mm", "-o", path("t.fab.json"), "--turn", "none"}).exit_code,
-                  1);
-        const Outcome split =
-            with({"split", world, "--fit", "9x8x5mm", "-o", path("s.fab.json")});
-        EXPECT_EQ(split.exit_code, 0) << split.err;
-        EXPECT_THAT(split.out,
-                    Says(tools::messages::kFitsAsItIs, "object `o`, 8 x 7 x 4 mm"));
+    // A program is not run unasked, and the message says how to ask. What grows is refused by name.
+    for (const char* one : {"arrange", "split"}) {
+        std::vector<std::string> words{one,  path("program.fab.json"), "--fit", "20x20x20mm",
+                                       "-o", path("n.fab.json")};
+        const Outcome unasked = tool(words);
+        EXPECT_EQ(unasked.exit_code, 1);
+        EXPECT_THAT(unasked.err, ::testing::HasSubstr("--allow-programs"));
+        words.emplace_back("--allow-programs");
+        const Outcome refused = tool(words);
+        EXPECT_EQ(refused.exit_code, 1);
+        EXPECT_THAT(refused.err, Says(solid::messages::kReachNotKnown, "o"));
     }
+    const std::string world = path("beams.fab.json");
+    // 8 x 7 x 4 mm: from -3 - 1 to 3 + 1, from -2 - 1 to 3 + 1, from 0 - 1 to 2 + 1.
+    const Outcome arranged =
+        tool({"arrange", world, "--fit", "9x8x5mm", "-o", path("t.fab.json"), "--turn", "none"});
+    EXPECT_EQ(arranged.exit_code, 0) << arranged.err;
+    EXPECT_THAT(arranged.out, ::testing::HasSubstr("8 x 7 x 4 mm"));
+    EXPECT_EQ(
+        tool({"arrange", world, "--fit", "7.9x7.9x5mm", "-o", path("t.fab.json"), "--turn", "none"})
+            .exit_code,
+        1);
+    const Outcome split = tool({"split", world, "--fit", "9x8x5mm", "-o", path("s.fab.json")});
+    EXPECT_EQ(split.exit_code, 0) << split.err;
+    EXPECT_THAT(split.out, Says(tools::messages::kFitsAsItIs, "object `o`, 8 x 7 x 4 mm"));
 }
 
 // As the print that follows has it.
 TEST_F(Extents, ToolsTakeSettings) {
     write_worlds(R"([{"object": "o"}])");
-    const std::string world = path("grown.fab.json");
-    const Outcome arranged = tool(
-        {"arrange", world, "--fit", "9x8x5mm", "-o", path("t.fab.json"), "--turn", "none", "--set", "o.r=0.5"});
-    EXPECT_THAT(arranged.out, ::testing::HasSubstr("7 x 6 x 3 mm")) << arranged.err;
+    const std::string world = path("shape.fab.json");
+    const Outcome arranged = tool({"arrange", world, "--fit", "9x9x9mm", "-o", path("t.fab.json"),
+                                   "--turn", "none", "--set", "o.r=0.5"});
+    EXPECT_THAT(arranged.out, ::testing::HasSubstr("3 x 3 x 3 mm")) << arranged.err;
     const Outcome split =
-        tool({"split", world, "--fit", "9x8x5mm", "-o", path("s.fab.json"), "--set", "o.r=0.5"});
-    EXPECT_THAT(split.out, Says(tools::messages::kFitsAsItIs, "object `o`, 7 x 6 x 3 mm"))
+        tool({"split", world, "--fit", "9x9x9mm", "-o", path("s.fab.json"), "--set", "o.r=0.5"});
+    EXPECT_THAT(split.out, Says(tools::messages::kFitsAsItIs, "object `o`, 3 x 3 x 3 mm"))
         << split.err;
     for (const char* one : {"arrange", "split"}) {
         const Outcome wrong = tool({one, path("beams.fab.json"), "--fit", "9x8x5mm", "-o",
@@ -216,7 +228,7 @@ TEST_F(Extents, ToolsTakeSettings) {
         return tool(words);
     };
     EXPECT_EQ(check({}).exit_code, 0);
-    const Outcome found = check({"--set", "o.r=0.5"});
+    const Outcome found = check({"--set", "o.r=0.2"});
     EXPECT_EQ(found.exit_code, 1) << found.err;
     EXPECT_THAT(found.out, ::testing::HasSubstr("wall"));
 }

@@ -57,8 +57,7 @@ TEST(ExtentSearch, OfItsCap) {
 // Cuts meet in an edge within it, which reaches farthest down.
 TEST(ExtentSearch, OfAWedge) {
     const double s = std::sqrt(0.5);
-    const std::array<pieces::Side, 2> sides{
-        {{{s, 0, s}, 0.25, true}, {{-s, 0, s}, 0.25, true}}};
+    const std::array<pieces::Side, 2> sides{{{{s, 0, s}, 0.25, true}, {{-s, 0, s}, 0.25, true}}};
     // Both planes hold x = 0, z = 0.25 / s.
     const Extent found = find_extent(Ball(), kAsItIs, sides);
     const double low = 0.25 / s;

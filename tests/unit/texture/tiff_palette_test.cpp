@@ -28,7 +28,8 @@ void write(const std::string& path, int bits, const std::array<uint32_t, 4>& num
     TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_PALETTE);
     std::vector<uint16_t> shades(size_t{1} << bits);
     TIFFSetField(out, TIFFTAG_COLORMAP, shades.data(), shades.data(), shades.data());
-    std::vector<uint8_t> row(static_cast<size_t>(bits + 1) / 2, 0);  // four numbers, the first in the highest bits
+    std::vector<uint8_t> row(static_cast<size_t>(bits + 1) / 2,
+                             0);  // four numbers, the first in the highest bits
     for (size_t i = 0; i < 4; ++i) {
         for (int bit = 0; bit < bits; ++bit) {
             const size_t at = i * static_cast<size_t>(bits) + static_cast<size_t>(bit);
@@ -53,7 +54,9 @@ TEST_F(TiffPalette, NumbersAreReadAndTheNoteSaysWhichIsOne) {
                   fmt::format(messages::kPaletteAsNumbers, "note: p.tif", most) + "\n");
         ASSERT_NE(p, nullptr) << bits;
         for (size_t i = 0; i < 4; ++i)
-            EXPECT_FLOAT_EQ(level0(*p)[i], static_cast<float>(numbers[i]) / static_cast<float>(most)) << bits;
+            EXPECT_FLOAT_EQ(level0(*p)[i],
+                            static_cast<float>(numbers[i]) / static_cast<float>(most))
+                << bits;
     }
 }
 

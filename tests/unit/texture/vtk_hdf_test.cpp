@@ -71,11 +71,12 @@ class VtkHdfTest : public FieldTest {
     }
     /// Writes 0, 1, 2, ... from `first` on, of sides z, y, x and components.
     void field(const std::string& name, const std::vector<hsize_t>& sides, float first = 0) const {
-        std::vector<float> values(std::accumulate(sides.begin(), sides.end(), size_t{1}, std::multiplies<>()));
+        std::vector<float> values(
+            std::accumulate(sides.begin(), sides.end(), size_t{1}, std::multiplies<>()));
         std::iota(values.begin(), values.end(), first);
         const hid_t space = H5Screate_simple(static_cast<int>(sides.size()), sides.data(), nullptr);
-        const hid_t set = H5Dcreate2(root_, name.c_str(), H5T_IEEE_F32LE, space, H5P_DEFAULT, H5P_DEFAULT,
-                                     H5P_DEFAULT);
+        const hid_t set = H5Dcreate2(root_, name.c_str(), H5T_IEEE_F32LE, space, H5P_DEFAULT,
+                                     H5P_DEFAULT, H5P_DEFAULT);
         EXPECT_GE(H5Dwrite(set, H5T_NATIVE_FLOAT, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
         H5Dclose(set);
         H5Sclose(space);
@@ -89,7 +90,8 @@ class VtkHdfTest : public FieldTest {
     }
     std::string wrong(const VolumeOptions& options = {}) const {
         H5Fflush(file_, H5F_SCOPE_LOCAL);
-        const Result<void> made = make_hdf5_volume_file(path(), folder_.path() / "out.oftx", options);
+        const Result<void> made =
+            make_hdf5_volume_file(path(), folder_.path() / "out.oftx", options);
         return made ? "no error" : made.error().text();
     }
     static std::vector<float> counted(size_t count, float first = 0) {
@@ -146,7 +148,8 @@ TEST_F(VtkHdfTest, MirroredAndExchangedAxesArePutInOrder) {
     for (int z = 0; z < 4; ++z) {
         for (int y = 0; y < 2; ++y) {
             for (int x = 0; x < 3; ++x)
-                EXPECT_EQ(values[static_cast<size_t>((z * 2 + y) * 3 + x)], static_cast<float>((z * 3 + 2 - x) * 2 + y));
+                EXPECT_EQ(values[static_cast<size_t>((z * 2 + y) * 3 + x)],
+                          static_cast<float>((z * 3 + 2 - x) * 2 + y));
         }
     }
     EXPECT_EQ(domain(*p), (std::vector<float>{5, 19.5F, 28.5F, 6, 2, 12}));
@@ -160,7 +163,8 @@ TEST_F(VtkHdfTest, WhatIsNotAnImageOfOneTimeIsRefusedByName) {
     image();
     EXPECT_THAT(wrong(), testing::Says(messages::kNoField));
     field("PointData/f", {2, 3, 4});
-    EXPECT_THAT(wrong(), testing::Says(messages::kVtkHdfSides, "/VTKHDF/PointData/f", "2 3 4", "4 3 2"));
+    EXPECT_THAT(wrong(),
+                testing::Says(messages::kVtkHdfSides, "/VTKHDF/PointData/f", "2 3 4", "4 3 2"));
     numbers(root_, "Origin", {1, 2});
     EXPECT_THAT(wrong(), testing::Says(messages::kVtkHdfPlace));
     numbers(root_, "Origin", {1, 2, 3});
@@ -184,7 +188,8 @@ TEST_F(VtkHdfTest, OneStepIsReadAndSeveralAreRefused) {
 TEST_F(VtkHdfTest, FieldsOfOtherFilesAreNotRead) {
     image();
     folder_.write("other.h5", "");
-    H5Lcreate_external((folder_.path() / "other.h5").c_str(), "/f", points_, "f", H5P_DEFAULT, H5P_DEFAULT);
+    H5Lcreate_external((folder_.path() / "other.h5").c_str(), "/f", points_, "f", H5P_DEFAULT,
+                       H5P_DEFAULT);
     EXPECT_THAT(wrong(), testing::Says(messages::kNoDataSetOfName, "/VTKHDF/PointData/f"));
 }
 
