@@ -345,7 +345,7 @@ constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "
                kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
                kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube", kVti[] = "a.vti",
                kVtr[] = "a.vtr", kVts[] = "a.vts", kVtu[] = "a.vtu", kVtk[] = "a.vtk",
-               kNii[] = "a.nii", kMha[] = "a.mha", kXdmf[] = "a.xdmf";
+               kNii[] = "a.nii", kMrc[] = "a.mrc", kMha[] = "a.mha", kXdmf[] = "a.xdmf";
 
 bool http(std::string_view bytes) {
     const viewer::HeadRead read = viewer::read_head(bytes);
@@ -478,6 +478,8 @@ constexpr Reader kReaders[] = {
     {"npy", false, volume<kNpy>},
     {"nrrd", true, volume<kNrrd>},
     {"nii", false, volume<kNii>},
+    {"mrc", false, volume<kMrc>},
+    {"tifs", false, volume<kTif>},
     {"mha", true, volume<kMha>},
     {"cube", true, volume<kCube>},
     {"vti", true, volume<kVti>},
