@@ -24,6 +24,8 @@ void MeshFilesReader::read(const JsonMember& m, const JsonValue& value, const st
                            bool repair) {
     const bool of_whole = m.value.find("body") == nullptr;
     const fs::path file = files_.existing(value, "the file of " + what, of_whole);
+    if (const std::string other = mesh::other_mesh_format(file); json_.ok() && !other.empty())
+        json_.fail(value, fmt::format("{} is `{}`", what, file.filename().string()), other);
     if (json_.ok() && !mesh::is_mesh_file(file)) {
         json_.fail(value, fmt::format(messages::kNoMeshExtension, what, file.filename().string()),
                    fmt::format("supported: {}", mesh::mesh_formats()));

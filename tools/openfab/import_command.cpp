@@ -125,9 +125,11 @@ Result<Pictures> read_pictures_of(const fs::path& mesh, const mesh::LoadedBodies
 /// Checks the arguments that do not depend on the file, and fills in what they say.
 Result<mesh::MeshOptions> read_arguments(ImportArguments* arguments) {
     const fs::path mesh = arguments->file;
+    if (const std::string other = mesh::other_mesh_format(mesh); !other.empty())
+        return usage_error(fmt::format("`{}` is {}", arguments->file, other));
     if (!mesh::is_mesh_file(mesh)) {
-        return usage_error(
-            fmt::format(messages::kNoMeshExtension, arguments->file, mesh::mesh_formats()));
+        return usage_error(fmt::format(messages::kNoMeshExtension, arguments->file,
+                                       mesh::mesh_formats() + ", .step"));
     }
     ImportOptions& import = arguments->import;
     if (!import.fablet.empty() && find_stock_fablet(import.fablet) == nullptr) {

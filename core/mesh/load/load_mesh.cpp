@@ -52,7 +52,38 @@ const Format* find_format(const fs::path& file) {
     return nullptr;
 }
 
+/// Formats of meshes that are not read, and what keeps their colours.
+struct OtherFormat {
+    std::string_view extension;
+    const char* name;
+    const char* remedy;
+};
+
+constexpr OtherFormat kOtherFormats[] = {
+    {".wrl", "VRML", messages::kSaveWithMeshLab},
+    {".vrml", "VRML", messages::kSaveWithMeshLab},
+    {".x3d", "X3D", messages::kSaveWithMeshLab},
+    {".off", "OFF", messages::kSaveWithMeshLab},
+    {".coff", "OFF", messages::kSaveWithMeshLab},
+    {".3ds", "3DS", messages::kSaveWithMeshLab},
+    {".amf", "AMF", messages::kSaveAs3mf},
+    {".fbx", "FBX", messages::kSaveWithBlender},
+    {".dae", "COLLADA", messages::kSaveWithBlender},
+    {".usd", "USD", messages::kSaveWithBlender},
+    {".usda", "USD", messages::kSaveWithBlender},
+    {".usdc", "USD", messages::kSaveWithBlender},
+    {".usdz", "USD", messages::kSaveWithBlender},
+    {".blend", "a scene of Blender", messages::kSaveWithBlender},
+    {".3dm", "a model of Rhino", messages::kSaveAs3mf},
+    {".skp", "a model of SketchUp", messages::kSaveAsObj},
+    {".iges", "IGES", messages::kSaveAsStep},
+    {".igs", "IGES", messages::kSaveAsStep},
+    {".f3d", "a model of Fusion", messages::kSaveAs3mf},
+    {".sldprt", "a part of SolidWorks", messages::kSaveAs3mf}};
+
 Error no_format(const fs::path& file) {
+    if (const std::string other = other_mesh_format(file); !other.empty())
+        return user_error(fmt::format("{} is {}", file.string(), other));
     return user_error(fmt::format(messages::kNoMeshExtension, file.string(), mesh_formats()));
 }
 
@@ -308,6 +339,15 @@ bool is_mesh_file(const fs::path& file) {
 bool format_says_up(const fs::path& file) {
     const Format* format = find_format(file);
     return format != nullptr && format->read == parse_gltf;
+}
+
+std::string other_mesh_format(const fs::path& file) {
+    const std::string extension = lower_ascii(file.extension().string());
+    for (const OtherFormat& format : kOtherFormats) {
+        if (extension == format.extension)
+            return fmt::format(messages::kOtherFormat, format.name, format.remedy);
+    }
+    return {};
 }
 
 std::string mesh_formats() {

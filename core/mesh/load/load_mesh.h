@@ -88,6 +88,10 @@ bool format_says_up(const std::filesystem::path& file);
 /// Returns ".obj, .stl, …", for messages.
 std::string mesh_formats();
 
+/// Returns what a file is by its extension, and what to save it as, if it is a mesh of a format that
+/// is not read: "VRML, which is not read; save it as …". Empty: it is none that is known.
+std::string other_mesh_format(const std::filesystem::path& file);
+
 /// Reads a mesh by its extension and prepares it for printing (prepare_mesh). If neither options
 /// nor file give the unit, a size under 1 unit is taken as metres, with a warning. Crossing
 /// triangles are a warning, searched for in meshes of up to 200,000 triangles. Errors name the

@@ -112,6 +112,8 @@ class LibraryReader {
     /// Takes the line behind its number; returns the material that it ends.
     std::optional<MtlMaterial> take(std::string_view line, int32_t number) {
         line = without_blanks(line);
+        // Blender writes linear light without a conversion, and reads it so.
+        if (number == 1 && line.starts_with("# Blender")) linear_ = true;
         if (line.empty() || line.starts_with('#')) return {};
         line_ = number;
         const std::string word = lower_ascii(std::string(take_first(&line)));
@@ -170,7 +172,7 @@ class LibraryReader {
         if (now_.left_out.size() < kMost) now_.left_out.push_back({what, place(), remedy, 1});
     }
 
-    /// Reads a colour in sRGB; none if it is given in another way.
+    /// Reads a colour, in sRGB unless Blender wrote it; none if it is given in another way.
     std::optional<Rgb> color(std::string_view line, const std::string& word) {
         std::string_view rest = line;
         const std::string first = lower_ascii(std::string(take_first(&rest)));
@@ -196,8 +198,10 @@ class LibraryReader {
                            std::all_of(rgb.begin(), rgb.end(),
                                        [](double c) { return c >= 0 && c == std::floor(c); });
         if (bytes) tell(messages::kRangeOfColour, messages::kRangeOfColourHelp);
-        for (double& channel : rgb)
-            channel = srgb_to_linear(std::clamp(bytes ? channel / 255 : channel, 0.0, 1.0));
+        for (double& channel : rgb) {
+            channel = std::clamp(bytes ? channel / 255 : channel, 0.0, 1.0);
+            if (!linear_) channel = srgb_to_linear(channel);
+        }
         return rgb;
     }
 
@@ -282,6 +286,7 @@ class LibraryReader {
     fs::path folder_;
     int32_t line_ = 0;
     bool open_ = false;
+    bool linear_ = false;  ///< colours are linear light
     MtlMaterial now_;
     std::optional<Rgb> glow_;
     std::optional<double> transparency_, opacity_;

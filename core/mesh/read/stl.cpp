@@ -37,18 +37,39 @@ const uint8_t* color_of_header(std::string_view bytes) {
     return reinterpret_cast<const uint8_t*>(bytes.data()) + at + kColor.size();
 }
 
+/// Whether a header with a colour is MeshLab's, which writes a grey that nobody chose into all
+/// files, and marks facets with a colour of their own. Its words are parted by blanks, those of
+/// Magics by commas; and Magics marks what has the header's colour, not one of several others.
+bool is_of_meshlab(std::string_view bytes, const std::vector<int32_t>& values) {
+    const uint8_t* header = color_of_header(bytes);
+    if (header == nullptr) return false;
+    constexpr std::string_view kNext = " MATERIAL=";
+    const std::string_view rest(reinterpret_cast<const char*>(header) + 3,
+                                static_cast<size_t>(bytes.data() + kHeader - 4 -
+                                                    reinterpret_cast<const char*>(header) - 3));
+    if (rest.starts_with(kNext)) return true;
+    const int32_t own = header[0] >> 3 | header[1] >> 3 << 5 | header[2] >> 3 << 10;
+    return std::any_of(values.begin(), values.end(), [&](int32_t value) {
+        return (value & 0x8000) != 0 && (value & 0x7FFF) != 0 && (value & 0x7FFF) != own;
+    });
+}
+
 /// Colours of facets, each with its index; 5 bits a channel.
 class FacetColors {
   public:
-    /// `any`: whether a facet has bytes that are not 0; without, the header's colour is that of all.
-    FacetColors(std::string_view bytes, bool any) : header_(color_of_header(bytes)), any_(any) {}
+    /// `values`: the two bytes of each facet. If all are 0, the header's colour is that of all.
+    FacetColors(std::string_view bytes, const std::vector<int32_t>& values)
+        : header_(color_of_header(bytes)),
+          any_(std::any_of(values.begin(), values.end(), [](int32_t v) { return v != 0; })),
+          meshlab_(is_of_meshlab(bytes, values)) {}
 
     /// Returns the index of the colour that a facet's two bytes stand for; -1: none. Magics marks
     /// facets of the header's colour by the highest bit, other programs those that have their own.
     int32_t index(uint16_t value) {
         const bool marked = (value & 0x8000) != 0;
-        if (header_ != nullptr && (marked || !any_)) return of_header();
-        if (header_ == nullptr && !marked) return -1;
+        const bool own = header_ == nullptr || meshlab_;
+        if (!own && (marked || !any_)) return of_header();
+        if (own && !marked) return -1;
         int32_t& known = known_[value & 0x7FFF];
         if (known == 0) {
             const int red = header_ != nullptr ? 0 : 10;
@@ -59,7 +80,7 @@ class FacetColors {
         return known - 1;
     }
 
-    bool is_transparent() const { return header_ != nullptr && header_[3] < 255; }
+    bool is_transparent() const { return header_ != nullptr && !meshlab_ && header_[3] < 255; }
     const std::vector<float>& values() const { return values_; }
 
   private:
@@ -75,6 +96,7 @@ class FacetColors {
 
     const uint8_t* header_;
     bool any_;
+    bool meshlab_;
     int32_t of_header_ = -1;
     std::vector<int32_t> known_ = std::vector<int32_t>(0x8000);  ///< index + 1
     std::vector<float> values_;
@@ -83,8 +105,7 @@ class FacetColors {
 /// Adds the colours of facets as those of their corners; one alone as the look of all.
 Result<void> add_colors(std::string_view bytes, int64_t memory_bytes,
                         const std::vector<int32_t>& attributes, MeshSource* out) {
-    FacetColors colors(bytes, std::any_of(attributes.begin(), attributes.end(),
-                                          [](int32_t value) { return value != 0; }));
+    FacetColors colors(bytes, attributes);
     const auto count = static_cast<int64_t>(attributes.size());
     const int64_t needed = mesh_bytes({count * 3, count, 2 * count, 1, 0});
     int64_t bare = 0;

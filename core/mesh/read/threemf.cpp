@@ -113,6 +113,7 @@ class ThreemfReader {
             return nullptr;
         }
         for (auto& [id, object] : model->objects) {
+            if (!annotate(id, &object)) return nullptr;
             is_painted_ = is_painted_ || !object.paints.empty();
             const Result<void> painted = apply_threemf_paint(
                 &object, fmt::format("{}: {}", file_, name_of(object, id)), &memory_bytes_, &told_);
@@ -121,6 +122,19 @@ class ThreemfReader {
             return nullptr;
         }
         return &parts_.emplace(key, ThreemfPart{path, std::move(*model), {}}).first->second;
+    }
+
+    /// Gives an object the paint that stands beside the model; returns whether it fits.
+    bool annotate(int64_t id, ThreemfObject* object) {
+        const auto it = project_.annotations.find(id);
+        if (it == project_.annotations.end() || it->second.paints.empty()) return true;
+        if (object->triangles.empty() || !object->paints.empty()) return true;
+        object->paints = it->second.paints;
+        object->paint_escapes = it->second.escapes;
+        const auto last = static_cast<size_t>(object->paints.back().first);
+        if (last < object->triangles.size()) return true;
+        fail(fmt::format(messages::kPaintOfNoTriangle, name_of(*object, id), last));
+        return false;
     }
 
     void place_all(ThreemfPart* root, Use use) {
@@ -431,6 +445,16 @@ class ThreemfReader {
         if (static_cast<size_t>(filament) <= project_.filaments.size())
             one = project_.filaments[static_cast<size_t>(filament) - 1];
         if (one.name.empty()) one.name = fmt::format("extruder {}", filament);
+        if (!one.mixture.empty()) {
+            std::map<int32_t, double> mixed;
+            for (const auto& [component, share] : one.mixture) {
+                const bool plain =
+                    project_.filaments[static_cast<size_t>(component) - 1].mixture.empty();
+                if (plain && share > 0) mixed[filament_look(component, 0)] += share;
+            }
+            const int32_t look = looks_.mixture(mixed);
+            if (look >= 0) return filament_looks_[filament] = look;
+        }
         return known->second = looks_.filament(one.name, one.color);
     }
 

@@ -59,6 +59,7 @@ ThreemfFace ThreemfLooks::face(ThreemfPart* part, const ThreemfObject& object, i
         case Group::kColors:
             out.color = values(part, id, picks, "color", 3, &color_);
             if (out.color) out.look = look_of({.vertex_colors = true}, "colours");
+            tell_of_alpha(*part, id, picks);
             break;
         case Group::kCoordinates: {
             Kind kind{.picture = picture(part, id)};
@@ -86,6 +87,16 @@ int32_t ThreemfLooks::filament(const std::string& name, const std::optional<Thre
         look.alpha = static_cast<double>((*color)[3]);
     }
     return add(std::move(look));
+}
+
+void ThreemfLooks::tell_of_alpha(const ThreemfPart& part, int64_t id, const Picks& picks) {
+    const ThreemfGroup& group = part.model.groups.at(id);
+    const bool clear = std::any_of(picks.begin(), picks.end(), [&](int64_t pick) {
+        return is_in(pick, group.values.size()) && group.values[static_cast<size_t>(pick)][3] < 1;
+    });
+    if (clear && clear_.emplace(part.name, id).second)
+        told_.add(messages::kTransparentColours, place_of(part, id),
+                  messages::kTransparentColoursHelp);
 }
 
 ThreemfPart::Added& ThreemfLooks::added_of(ThreemfPart* part, int64_t id,
@@ -178,6 +189,10 @@ int32_t ThreemfLooks::mixture(ThreemfPart* part, const ThreemfGroup& group,
         if (look < 0) return -1;
         mixed[look] += shares[i];
     }
+    return mixture(mixed);
+}
+
+int32_t ThreemfLooks::mixture(const std::map<int32_t, double>& mixed) {
     if (mixed.size() < 2) return mixed.empty() ? -1 : mixed.begin()->first;
     Look out;
     out.color.emplace();

@@ -58,6 +58,9 @@ class ThreemfLooks {
     /// Returns the look of a filament.
     int32_t filament(const std::string& name, const std::optional<ThreemfColor>& color);
 
+    /// Returns the look of a mixture of looks in these shares; of one alone itself, of none -1.
+    int32_t mixture(const std::map<int32_t, double>& shares);
+
     std::optional<size_t> color() const { return color_; }
     std::optional<size_t> uv() const { return uv_; }
     /// Bytes of all looks.
@@ -108,6 +111,7 @@ class ThreemfLooks {
     int32_t color_value(const std::array<float, 3>& color);
     int32_t look_of(const Kind& kind, const std::string& name);
     int32_t add(Look look);
+    void tell_of_alpha(const ThreemfPart& part, int64_t id, const Picks& picks);
     void miss(const ThreemfPart& part, int64_t id);
 
     MeshAssembly& mesh_;
@@ -122,6 +126,7 @@ class ThreemfLooks {
     std::map<Kind, int32_t> kinds_;
     std::map<std::array<float, 3>, int32_t> blended_;  ///< indices of values
     std::set<std::pair<std::string, int64_t>> missing_;
+    std::set<std::pair<std::string, int64_t>> clear_;  ///< groups whose transparency was told
     int64_t bytes_ = 0;
 };
 

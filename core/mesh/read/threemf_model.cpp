@@ -96,6 +96,9 @@ class ModelReader : public XmlHandler, ThreemfElementReader {
         return {};
     }
 
+    /// Whether paint is of a version of PrusaSlicer that has yet to come.
+    bool has_newer_paint() const { return newer_paint_; }
+
   private:
     Complaint root(const XmlAttributes& a) {
         static constexpr std::pair<std::string_view, double> kUnits[] = {
@@ -220,6 +223,8 @@ class ModelReader : public XmlHandler, ThreemfElementReader {
             // Slicers write empty ones, too.
         } else if (name == "paint_color" || name == "mmu_segmentation") {
             paint(value);
+            if (name == "mmu_segmentation") object_->paint_escapes = painting_version_ == 2;
+            newer_paint_ = newer_paint_ || (name == "mmu_segmentation" && painting_version_ > 2);
         } else if (name == "paint_supports" || name == "custom_supports") {
             tell_paint(0, messages::kPaintedSupports);
         } else if (name == "paint_seam" || name == "custom_seam") {
@@ -264,7 +269,12 @@ class ModelReader : public XmlHandler, ThreemfElementReader {
         constexpr std::string_view kCura = "cura:";
         key_.clear();
         value_.clear();
-        if (object_ == nullptr) return;
+        if (object_ == nullptr) {
+            const char* name = a.find("name");
+            if (name != nullptr && std::string_view(name) == kPaintingVersion)
+                key_ = kPaintingVersion;
+            return;
+        }
         if (const char* name = a.find("name"); name != nullptr) {
             const std::string_view text = name;
             if (text.starts_with(kCura)) key_ = text.substr(kCura.size());
@@ -275,6 +285,12 @@ class ModelReader : public XmlHandler, ThreemfElementReader {
     }
 
     void end_value() {
+        if (key_ == kPaintingVersion && object_ == nullptr) {
+            key_.clear();
+            constexpr int64_t kLast = 2;
+            if (!scan_integer(trim_threemf(value_), 0, kLast, &painting_version_).empty())
+                painting_version_ = kLast + 1;
+        }
         if (key_.empty() || object_ == nullptr) return;
         static constexpr std::pair<std::string_view, const char*> kHelpers[] = {
             {"support_mesh", messages::kSupportMeshesOfCura},
@@ -320,6 +336,9 @@ class ModelReader : public XmlHandler, ThreemfElementReader {
     ThreemfDisplacementReader displacements_;
     std::string file_;
     ThreemfTold& told_;
+    static constexpr std::string_view kPaintingVersion = "slic3rpe:MmPaintingVersion";
+    int64_t painting_version_ = 0;
+    bool newer_paint_ = false;
     std::string key_, value_;          ///< of the metadata that is open; no key: not of interest
     int unknown_ = 0;                  ///< depth in an element that nothing reads
     ThreemfObject* object_ = nullptr;  ///< the one that is open
@@ -333,6 +352,9 @@ Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::strin
                                          int64_t* memory_bytes, ThreemfTold* told) {
     ModelReader reader(memory_bytes, file, told);
     if (Result<void> parsed = parse_xml(text, file, &reader); !parsed) return parsed.error();
+    if (reader.has_newer_paint())
+        return user_error(fmt::format(messages::kPaintOfNewerVersion, file),
+                          messages::kPaintOfNewerVersionHelp);
     if (const std::string wrong = reader.check_vertices(); !wrong.empty())
         return user_error(fmt::format("{}: {}", file, wrong));
     return std::move(reader.model);

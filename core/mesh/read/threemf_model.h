@@ -76,6 +76,7 @@ struct ThreemfObject {
     std::string helper;     ///< what it is for in Cura, if it is not printed
     /// Triangles that a slicer's user painted, and how.
     std::vector<std::pair<int32_t, std::string>> paints;
+    bool paint_escapes = false;  ///< PrusaSlicer's second version: 14 announces two digits
     /// By triangle: the filament of its paint, from 1, or 0; empty if none is painted.
     std::vector<int16_t> filaments;
     std::vector<int32_t> sources;                ///< by triangle: that of the file; empty: the same

@@ -95,10 +95,16 @@ class Painter {
     }
 
     /// The filament of a part that is not divided: 0 the volume's own. Those from 3 are another
-    /// digit, where 15 means that more follow.
+    /// digit, where 15 means that more follow; or where 14 means two, the low one first, from 17.
     int leaf(int code) {
         if (code >> 2 != 3) return code >> 2;
         int filament = 3;
+        if (object_.paint_escapes) {
+            const int first = next();
+            if (first != 14) return filament + first;
+            const int low = next();
+            return 17 + low + 16 * next();
+        }
         for (int more = next();; more = next()) {
             filament += more;
             if (filament > kMostFilaments) wrong_ = messages::kPaintOfNoFilament;

@@ -12,6 +12,7 @@
 #include "base/text.h"
 #include "base/xml.h"
 #include "mesh/read/messages.h"
+#include "mesh/read/threemf_mixed.h"
 
 namespace openfab::mesh {
 namespace {
@@ -212,14 +213,11 @@ Settings parse_lines(std::string_view text) {
 }
 
 /// The JSON of Bambu Studio and OrcaSlicer.
-Result<Settings> parse_settings(std::string_view text, const std::string& file,
-                                int64_t memory_bytes) {
-    const Result<JsonValue> json = parse_json(text, file, memory_bytes);
-    if (!json) return json.error();
+Settings parse_settings(const JsonValue& json) {
     Settings out;
     for (const char* key :
          {"extruder_colour", "filament_colour", "filament_settings_id", "filament_type"}) {
-        const JsonMember* member = json->find(key);
+        const JsonMember* member = json.find(key);
         if (member == nullptr) continue;
         for (const JsonValue& item : member->value.items) {
             if (out.find(key)->size() < kMostExtruders)
@@ -238,6 +236,8 @@ class ProjectReader {
     Result<ThreemfProject> read() {
         Result<void> done = read_objects();
         if (done) done = read_settings();
+        if (done) done = read_mixtures();
+        if (done) done = read_paint();
         if (done) done = read_heights();
         if (!done) return done.error();
         tell_of_cura();
@@ -286,14 +286,74 @@ class ProjectReader {
                                           "Metadata/SuperSlicer.config", "Metadata/Slic3r.config"};
         return first_of(kNames, [&](std::string_view text, const char* name) -> Result<void> {
             told_.add(messages::kSlicerSettings, name, messages::kSlicerSettingsHelp);
-            const bool is_json = trimmed(text).starts_with('{');
-            const Result<Settings> settings = is_json
-                                                  ? parse_settings(text, path(name), memory_bytes_)
-                                                  : Result<Settings>(parse_lines(text));
-            if (!settings) return settings.error();
-            project_.filaments = settings->filaments();
+            if (!trimmed(text).starts_with('{')) {
+                project_.filaments = parse_lines(text).filaments();
+                return Ok{};
+            }
+            const Result<JsonValue> json = parse_json(text, path(name), memory_bytes_);
+            if (!json) return json.error();
+            project_.filaments = parse_settings(*json).filaments();
+            mix_filaments(*json, name, &project_.filaments, &told_);
             return Ok{};
         });
+    }
+
+    Result<void> read_mixtures() {
+        constexpr const char* kNames[] = {"Metadata/Prusa_Slicer_full_spectrum.json"};
+        return first_of(kNames, [&](std::string_view text, const char* name) -> Result<void> {
+            const Result<JsonValue> json = parse_json(text, path(name), memory_bytes_);
+            if (!json) return json.error();
+            mix_extruders(*json, name, &project_.filaments, &told_);
+            return Ok{};
+        });
+    }
+
+    /// What PrusaSlicer 3 paints; supports and seams are the slicer's.
+    Result<void> read_paint() {
+        constexpr const char* kNames[] = {"Metadata/Slic3r_facets_annotation.json"};
+        return first_of(kNames, [&](std::string_view text, const char* name) -> Result<void> {
+            const Result<JsonValue> json = parse_json(text, path(name), memory_bytes_);
+            if (!json) return json.error();
+            for (const JsonValue& object : json->items) {
+                const JsonMember* id = object.find("id");
+                const JsonMember* facets = object.find("mmSegmentationFacets");
+                if (id == nullptr || facets == nullptr) continue;
+                const JsonMember* version = object.find("mmSegmentationFacetsVersion");
+                const double number = version != nullptr ? version->value.number : 1;
+                if (number > 2)
+                    return user_error(fmt::format(messages::kPaintOfNewerVersion, path(name)),
+                                      messages::kPaintOfNewerVersionHelp);
+                ThreemfAnnotation& out =
+                    project_.annotations[static_cast<int64_t>(id->value.number)];
+                out.escapes = number == 2;
+                if (Result<void> done = read_facets(facets->value, path(name), &out.paints); !done)
+                    return done;
+            }
+            return Ok{};
+        });
+    }
+
+    Result<void> read_facets(const JsonValue& facets, const std::string& place,
+                             std::vector<std::pair<int32_t, std::string>>* out) {
+        for (const JsonValue& facet : facets.items) {
+            const JsonMember* triangle = facet.find("triangle");
+            const JsonMember* code = facet.find("dividing");
+            if (triangle == nullptr || code == nullptr || code->value.text.empty()) continue;
+            const double number = triangle->value.number;
+            if (!(number >= 0 && number < INT32_MAX))
+                return user_error(fmt::format(messages::kPaintOfNoTriangle, place, number));
+            memory_bytes_ -= static_cast<int64_t>(3 * (sizeof(*out)[0] + code->value.text.size()));
+            if (memory_bytes_ < 0)
+                return user_error(fmt::format("{}: {}", place, messages::kProjectTakesTooMuch),
+                                  messages::kAllowMoreMemory);
+            out->emplace_back(static_cast<int32_t>(number), code->value.text);
+        }
+        std::stable_sort(out->begin(), out->end(),
+                         [](const auto& a, const auto& b) { return a.first < b.first; });
+        out->erase(std::unique(out->begin(), out->end(),
+                               [](const auto& a, const auto& b) { return a.first == b.first; }),
+                   out->end());
+        return Ok{};
     }
 
     Result<void> read_heights() {

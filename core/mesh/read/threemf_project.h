@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -51,11 +52,20 @@ struct ThreemfProjectObject {
 struct ThreemfFilament {
     std::string name;
     std::optional<ThreemfColor> color;
+    /// Shares of other filaments, from 1, whose sum is 1; empty: it is none.
+    std::vector<std::pair<int32_t, double>> mixture;
+};
+
+/// Paint that PrusaSlicer 3 stores beside the model.
+struct ThreemfAnnotation {
+    bool escapes = false;  ///< as of ThreemfObject
+    std::vector<std::pair<int32_t, std::string>> paints;
 };
 
 struct ThreemfProject {
     std::map<int64_t, ThreemfProjectObject> objects;
     std::vector<ThreemfFilament> filaments;
+    std::map<int64_t, ThreemfAnnotation> annotations;  ///< by the object with the mesh
 };
 
 /// Reads the project of a slicer; an empty one if there is none. Decreases `*memory_bytes`.

@@ -50,6 +50,13 @@ TEST(ObjFeatures, OfMaterialLibraries) {
                         return look.name == "red" && near((*look.color)[1], kHalf) &&
                                !look.vertex_colors && look.alpha == 1;
                     }),
+         {"Kd of Blender is linear light",
+          with_material(),
+          {{"a.mtl",
+            "# Blender 5.2.3 MTL File: 'a.blend'\n# www.blender.org\nnewmtl red\nKd 1 0.5 0\n"}},
+          "",
+          1,
+          [](const MeshSource& m) { return (*look_of(m, 0).color)[1] == 0.5; }},
          of_library("one number is grey", "Kd 0.5\n", "",
                     [](const MeshSource& m) { return near((*look_of(m, 0).color)[2], kHalf); }),
          of_library("Kd of bytes", "Kd 255 0 0\n", "0 … 255", is_red),

@@ -47,6 +47,7 @@ TEST(StlFeatures, AreCarriedOverOrTold) {
         };
     };
     const std::string magics("COLOR=\xFF\0\0\xFF,MATERIAL=", 20);
+    const std::string meshlab("COLOR=\x7F\x7F\x7F MATERIAL=\x7F\x7F\x7F \x7F\x7F\x7F ", 27);
     const std::string clear("COLOR=\xFF\0\0\x80", 10);
     check_features(
         parse_stl, "m.stl",
@@ -139,6 +140,32 @@ TEST(StlFeatures, AreCarriedOverOrTold) {
           [](const MeshSource& m) {
               return look_of(m, 0).color == std::array{1.0, 0.0, 0.0};
           }},
+         {"MeshLab's, without colours",
+          binary(meshlab, {0, 0}),
+          {},
+          "",
+          0,
+          [](const MeshSource& m) { return m.looks.empty() && m.mesh.attributes.empty(); }},
+         {"MeshLab's, with colours",
+          binary(meshlab, {0x8000 | 31, 0x8000 | 31 << 10}),
+          {},
+          "",
+          0,
+          [=](const MeshSource& m) { return color(0, 1, 0, 0)(m) && color(1, 0, 0, 1)(m); }},
+         {"MeshLab's, with some",
+          binary(meshlab, {0x8000 | 31 << 5, 0}),
+          {},
+          "",
+          0,
+          [=](const MeshSource& m) {
+              return color(0, 0, 1, 0)(m) && look_of(m, 1).name == "none";
+          }},
+         {"marked facets of several colours",
+          binary(magics, {0x8000 | 31 << 5, 0x8000 | 31 << 10}),
+          {},
+          "",
+          0,
+          [=](const MeshSource& m) { return color(0, 0, 1, 0)(m) && color(1, 0, 0, 1)(m); }},
          {"transparency of the header",
           binary(clear, {0x8000, 0x8000}),
           {},

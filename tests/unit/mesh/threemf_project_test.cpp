@@ -239,6 +239,38 @@ TEST(ThreemfProject, GivesPaintedTrianglesTheirFilaments) {
     }
 }
 
+TEST(ThreemfProject, ReadsPaintOfPrusaSlicersSecondVersion) {
+    const auto model = [](const char* version) {
+        std::string text = threemf_model(
+            R"(<object id="9">)" +
+                threemf_cube(
+                    0, 10,
+                    {R"(slic3rpe:mmu_segmentation="00EC")", R"(slic3rpe:mmu_segmentation="01EC")",
+                     R"(slic3rpe:mmu_segmentation="EEEC")", R"(slic3rpe:mmu_segmentation="0C")",
+                     R"(paint_color="0FC")", ""}) +
+                "</object>",
+            kBuildItem, R"(xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06")");
+        text.insert(
+            text.find("<resources>"),
+            fmt::format(R"(<metadata name="slic3rpe:MmPaintingVersion">{}</metadata>)", version));
+        return text;
+    };
+    const MeshSource source = read_source(threemf_package(model("2")));
+    EXPECT_EQ(look_of(source, 0).name, "extruder 17");
+    EXPECT_EQ(look_of(source, 1).name, "extruder 18");
+    EXPECT_EQ(look_of(source, 2).name, "extruder 255");  // 17 + 14 + 16 * 14
+    EXPECT_EQ(look_of(source, 3).name, "extruder 3");
+    const Result<MeshSource> newer = parse_threemf(threemf_package(model("3")), "part.3mf");
+    ASSERT_FALSE(newer);
+    EXPECT_TRUE(testing::says(newer.error().text(), messages::kPaintOfNewerVersion));
+    // A leaf within a divided triangle: half is 18, half is 2.
+    std::string divided = model("2");
+    divided.replace(divided.find("00EC"), 4, "01EC81");
+    const MeshSource parts = read_source(threemf_package(divided));
+    EXPECT_DOUBLE_EQ(area_of(parts, "extruder 2"), 25);
+    EXPECT_DOUBLE_EQ(area_of(parts, "extruder 18"), 75);
+}
+
 TEST(ThreemfProject, DividesPaintedTriangles) {
     // The first triangle of the bottom: (0, 0), (0, 10), (10, 10).
     const Vec3d b{0, 10, 0}, c{10, 10, 0};
