@@ -355,11 +355,13 @@ class FabletText {
             std::string value = "level";
             if (shape_->second < 0)
                 value = fmt::format("({})", or_fallback("level", shape_->second));
+            // What is undefined is outside, unless its fallback says that it is inside.
+            const bool guarded = functions_.may_be_undefined() && shape_->second >= 0;
             text += fmt::format(
                 "\n    @Shape(@varying {{ ShapeAttributes attr }})\n    {{\n        float3 q = "
-                "of_object(attr.p);\n        float level = {};\n        return max({}, "
+                "of_object(attr.p);\n        float level = {};\n        return {}max({}, "
                 "bounds(q));\n    }}\n",
-                shape_->first, value);
+                shape_->first, guarded ? "isnan(level) ? level : " : "", value);
         }
         text += surface_;
         text +=

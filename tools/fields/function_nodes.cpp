@@ -179,14 +179,39 @@ NodeValue FunctionNodes::frame(int32_t index) const {
     return number(0);
 }
 
+/// An integer, if a float can say it and its neighbours.
+NodeValue FunctionNodes::whole(const std::string& type, uint32_t bits) {
+    const double exact =
+        type == "int" ? static_cast<double>(static_cast<int32_t>(bits)) : static_cast<double>(bits);
+    if (std::fabs(exact) > static_cast<double>(kMostInteger)) fail(messages::kCalculatesWithBits);
+    return number(static_cast<float>(exact));
+}
+
+/// Whether a line's value cannot be negative, whatever the point.
+bool FunctionNodes::never_negative(uint32_t index) {
+    const IrLine& line = stage_->lines[index];
+    constexpr std::string_view kOps[] = {"abs", "sqrt", "exp", "exp2", "cosh"};
+    constexpr std::string_view kKeeps[] = {"floor", "ceil", "round", "trunc", "convert"};
+    if (line.type == "uint" || line.type == "bool") return true;
+    if (std::ranges::find(kOps, line.op) != std::end(kOps)) return true;
+    if (line.op == "const" || line.op == "input") {
+        const NodeValue& known = values_[index];
+        return known.is_number && known.number >= 0;
+    }
+    if (line.op == "max") return never_negative(line.args[0]) || never_negative(line.args[1]);
+    if (std::ranges::find(kKeeps, line.op) != std::end(kKeeps) || line.op == "min" ||
+        line.op == "add" || line.op == "mul")
+        return std::ranges::all_of(line.args, [&](uint32_t a) { return never_negative(a); });
+    return false;
+}
+
 NodeValue FunctionNodes::input(const IrLine& line) {
     const int32_t which = line.numbers.empty() ? 0 : line.numbers[0];
     const std::string& of = line.input;
     if (of == "uniform" && which >= 0 && static_cast<size_t>(which) < uniforms_.size()) {
         const uint32_t bits = uniforms_[static_cast<size_t>(which)];
         if (line.type == "float") return number(std::bit_cast<float>(bits));
-        return number(line.type == "int" ? static_cast<float>(static_cast<int32_t>(bits))
-                                         : static_cast<float>(bits));
+        return whole(line.type, bits);
     }
     if (of == "shape_point") return coordinate(which, false);
     if (of == "voxel_coord") return coordinate(which, true);
@@ -200,17 +225,46 @@ NodeValue FunctionNodes::value(uint32_t index) {
     return decides(stage_->lines[index]) ? choose(index, number(1), number(0)) : values_[index];
 }
 
+/// Whether a line's value may be undefined: a node compares with `<` alone, which is then false.
+bool FunctionNodes::may_be_undefined(uint32_t index) {
+    if (undefined_.empty()) {
+        constexpr std::string_view kOps[] = {"sqrt", "log", "log2", "log10", "asin",
+                                             "acos", "pow", "div",  "mod",   "tan"};
+        for (const IrLine& one : stage_->lines) {
+            const bool own =
+                one.type == "float" && std::ranges::find(kOps, one.op) != std::end(kOps);
+            undefined_.push_back(own || std::ranges::any_of(one.args, [&](uint32_t a) {
+                                     return a < undefined_.size() && undefined_[a];
+                                 }));
+        }
+    }
+    return undefined_[index];
+}
+
+/// `same` where two values that are neither less nor more are equal, `other` where one is undefined.
+NodeValue FunctionNodes::if_equal(const IrLine& c, const NodeValue& same, const NodeValue& other) {
+    if (!may_be_undefined(c.args[0]) && !may_be_undefined(c.args[1])) return same;
+    return select(binary("subtraction", value(c.args[0]), value(c.args[1])), number(1), same,
+                  other);
+}
+
 NodeValue FunctionNodes::choose(uint32_t condition, const NodeValue& yes, const NodeValue& no) {
     const IrLine& c = stage_->lines[condition];
     const auto arg = [&](size_t i) { return value(c.args[i]); };
     if (c.op == "lt") return select(arg(0), arg(1), yes, no);
     if (c.op == "gt") return select(arg(1), arg(0), yes, no);
+    const bool or_equal = c.op == "ge" || c.op == "le";
+    if (or_equal && (may_be_undefined(c.args[0]) || may_be_undefined(c.args[1]))) {
+        const NodeValue less = arg(c.op == "ge" ? 0 : 1), more = arg(c.op == "ge" ? 1 : 0);
+        return select(more, less, yes, select(less, more, no, if_equal(c, yes, no)));
+    }
     if (c.op == "ge") return select(arg(0), arg(1), no, yes);
     if (c.op == "le") return select(arg(1), arg(0), no, yes);
     if (c.op == "eq" || c.op == "ne") {
         const NodeValue& same = c.op == "eq" ? yes : no;
         const NodeValue& other = c.op == "eq" ? no : yes;
-        return select(arg(0), arg(1), other, select(arg(1), arg(0), other, same));
+        return select(arg(0), arg(1), other,
+                      select(arg(1), arg(0), other, if_equal(c, same, other)));
     }
     if (c.op == "not") return choose(c.args[0], no, yes);
     if (c.op == "and") return choose(c.args[0], choose(c.args[1], yes, no), no);
@@ -233,9 +287,7 @@ NodeValue FunctionNodes::line(const IrLine& line) {
     const auto arg = [&](size_t i) { return value(line.args[i]); };
     const bool is_float = line.type == "float";
     if (line.op == "const") {
-        if (is_float) return number(std::bit_cast<float>(line.bits));
-        return number(line.type == "int" ? static_cast<float>(static_cast<int32_t>(line.bits))
-                                         : static_cast<float>(line.bits));
+        return is_float ? number(std::bit_cast<float>(line.bits)) : whole(line.type, line.bits);
     }
     if (line.op == "input") return input(line);
     if (line.op == "select") return choose(line.args[0], arg(1), arg(2));
@@ -243,6 +295,9 @@ NodeValue FunctionNodes::line(const IrLine& line) {
     if (line.op == "convert") {
         const std::string& from = stage_->lines[line.args[0]].type;
         if (line.type == "bool") return choose(line.args[0], number(1), number(0));
+        // A negative number becomes one near 2^32.
+        if (line.type == "uint" && !never_negative(line.args[0]))
+            fail(messages::kCalculatesWithBits);
         if (is_float || from != "float") return arg(0);
         return select(arg(0), number(0), unary("ceil", arg(0)), unary("floor", arg(0)));
     }
@@ -268,6 +323,11 @@ NodeValue FunctionNodes::line(const IrLine& line) {
             if (arg(i).is_number && std::fabs(arg(i).number) > kMostInteger)
                 fail(messages::kCalculatesWithBits);
         }
+        if (is_float && (line.op == "min" || line.op == "max") && may_be_undefined(line.args[0])) {
+            // The second one where the first is undefined; a node has no value there.
+            const bool less = line.op == "min";
+            return select(arg(less ? 0 : 1), arg(less ? 1 : 0), arg(0), arg(1));
+        }
         if (exact) return binary(kind, arg(0), arg(1));
     }
     if (const char* kind = node_of(kUnary, line.op);
@@ -281,6 +341,7 @@ Result<std::vector<NodeValue>> FunctionNodes::add(const IrStage& stage,
                                                   const std::vector<uint32_t>& outputs,
                                                   const std::optional<NodeValue>& distance) {
     stage_ = &stage;
+    undefined_.clear();
     distance_ = distance;
     std::vector<bool> needed(stage.lines.size(), false);
     for (const uint32_t one : outputs)

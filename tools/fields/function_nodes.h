@@ -65,6 +65,10 @@ class FunctionNodes {
     NodeValue line(const IrLine& line);
     NodeValue choose(uint32_t condition, const NodeValue& yes, const NodeValue& no);
     NodeValue pick(const IrLine& line);
+    NodeValue whole(const std::string& type, uint32_t bits);
+    NodeValue if_equal(const IrLine& condition, const NodeValue& same, const NodeValue& other);
+    bool may_be_undefined(uint32_t index);
+    bool never_negative(uint32_t index);
     NodeValue value(uint32_t index);
     void fail(const std::string& what);
 
@@ -73,6 +77,7 @@ class FunctionNodes {
     const IrStage* stage_ = nullptr;
     std::optional<NodeValue> distance_;
     std::vector<NodeValue> values_;  ///< of the stage's lines that are needed
+    std::vector<bool> undefined_;    ///< by line of the stage; empty: not asked for yet
     std::string nodes_, fault_;
     std::map<std::string, NodeValue> known_;  ///< by kind and inputs
     std::map<uint32_t, std::string> constants_;

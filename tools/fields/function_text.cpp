@@ -385,7 +385,22 @@ Result<FieldValue> FunctionTexts::node_value(Scope* scope, const ThreemfNode& no
     }
     const Complaint wrong = node_text(*kind, inputs, &value);
     if (!wrong.empty()) return error(place(*scope, &node), wrong.what, wrong.help);
+    keep_undefined(node.kind, inputs, &value);
     return value;
+}
+
+/// `min(x, y)` and `max(x, y)` are `y` where `x` is undefined; here that stays so, for the fallback.
+void FunctionTexts::keep_undefined(const std::string& kind, const std::vector<FieldValue>& inputs,
+                                   FieldValue* value) {
+    static constexpr std::string_view kUndefined[] = {
+        "division", "arcsin", "asin", "arccos", "acos", "tan",   "fmod",
+        "mod",      "pow",    "sqrt", "log",    "log2", "log10", "inverse"};
+    if (std::ranges::find(kUndefined, kind) != std::end(kUndefined)) may_be_undefined_ = true;
+    const bool chooses = kind == "min" || kind == "max" || kind == "clamp";
+    if (!may_be_undefined_ || !chooses || inputs[0].type != value->type ||
+        value->type == ThreemfType::kMatrix)
+        return;
+    value->text = fmt::format("select({0} == {0}, {1}, {0})", inputs[0].text, value->text);
 }
 
 Result<FieldValue> FunctionTexts::call(Scope* scope, const ThreemfNode& node,

@@ -39,6 +39,8 @@ class FunctionTexts {
     const std::set<int64_t>& meshes() const { return meshes_; }
     /// Likewise of objects with lattices of beams: uniforms `lattice_ID`.
     const std::set<int64_t>& lattices() const { return lattices_; }
+    /// Whether what was written may be undefined somewhere.
+    bool may_be_undefined() const { return may_be_undefined_; }
 
   private:
     /// A function's output, where its inputs that are resources are these.
@@ -71,6 +73,8 @@ class FunctionTexts {
     Result<void> write(Scope* scope, size_t node, const std::string& output);
     Result<FieldValue> node_value(Scope* scope, const mesh::ThreemfNode& node,
                                   const std::string& output);
+    void keep_undefined(const std::string& kind, const std::vector<FieldValue>& inputs,
+                        FieldValue* value);
     Result<FieldValue> call(Scope* scope, const mesh::ThreemfNode& node, const std::string& output);
     struct Slope {
         std::string value, gradient;
@@ -98,6 +102,7 @@ class FunctionTexts {
     std::vector<std::string> texts_;
     size_t length_ = 0;  ///< of them
     std::set<int64_t> images_, meshes_, lattices_;
+    bool may_be_undefined_ = false;
     std::set<std::string> names_;
     std::vector<int64_t> open_;  ///< functions that are being written, the outermost first
 };

@@ -104,6 +104,32 @@ TEST(Fields, ANodeIsALine) {
     EXPECT_TRUE(made->notes.empty());
 }
 
+// `max(x, y)` is y where x is undefined; a function then has no value, but its fallback.
+TEST(Fields, WhatIsUndefinedStaysSo) {
+    const auto made = [](const char* root, const char* attributes) {
+        const Result<FieldFablet> text = fablet(level_set(
+            function(5, kPos,
+                     node("length", "len", {{"A", "inputs.pos"}}) +
+                         node(root, "root", {{"A", "len.result"}}) +
+                         node("constant", "r", {}, R"(value="4")", "value") +
+                         node("max", "top", {{"A", "root.result"}, {"B", "r.value"}}) +
+                         node("clamp", "within",
+                              {{"A", "top.result"}, {"min", "r.value"}, {"max", "root.result"}}),
+                     fmt::format(fmt::runtime(kShape), "within.result"), "f"),
+            attributes));
+        EXPECT_TRUE(text) << text.error().text();
+        return text ? text->source : "";
+    };
+    const std::string text = made("sqrt", R"(meshbboxonly="true")");
+    EXPECT_THAT(text, HasSubstr("select(root_v == root_v, max(root_v, r_v), root_v)"));
+    EXPECT_THAT(text, HasSubstr("select(top_v == top_v, max(r_v, min(top_v, root_v)), top_v)"));
+    EXPECT_THAT(text, HasSubstr("return isnan(level) ? level : max(level, bounds(q));"));
+    EXPECT_THAT(made("sqrt", R"(meshbboxonly="true" fallbackvalue="-1")"),
+                HasSubstr("return max((isnan(level) ? -1 : level), bounds(q));"));
+    // What is defined everywhere is as before.
+    EXPECT_THAT(made("abs", R"(meshbboxonly="true")"), HasSubstr("top_v = max(root_v, r_v);"));
+}
+
 TEST(Fields, AConvexMeshBoundsByItsPlanesAndAnotherByItself) {
     const std::string tetra =
         R"(<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="9" y="0" z="0"/><vertex x="0" y="9" z="0"/><vertex x="0" y="0" z="9"/></vertices><triangles><triangle v1="0" v2="2" v3="1"/><triangle v1="0" v2="1" v3="3"/><triangle v1="1" v2="2" v3="3"/><triangle v1="2" v2="0" v3="3"/></triangles></mesh>)";

@@ -104,6 +104,45 @@ TEST(FunctionNodes, ConditionsAreSelects) {
             R"(<i:scalarref identifier="A" ref="point.x"/><i:scalarref identifier="B" ref="c1.value"/><i:scalarref identifier="C" ref="c2.value"/><i:scalarref identifier="D" ref="point.x"/>)"));
 }
 
+// `<` is false where a value is undefined, and so are `>=` and `==`.
+TEST(FunctionNodes, ComparisonsWithWhatIsUndefinedAreFalse) {
+    const std::string root = "    %3 = sqrt float %2\n    %4 = const float 3\n";
+    const std::string end =
+        "    %6 = const float 7\n    %7 = const float 9\n    %8 = select float %5 %6 %7\n";
+    for (const char* op : {"ge", "le", "eq"}) {
+        const std::string text =
+            shape_of(root + fmt::format("    %5 = {} bool %3 %4\n", op) + end, 8);
+        // The innermost select takes the difference, which is undefined, too, and is not below 1.
+        EXPECT_THAT(text, HasSubstr("<i:subtraction")) << op;
+        EXPECT_THAT(
+            shape_of(fmt::format("    %3 = abs float %2\n    %4 = const float 3\n    %5 = {} bool "
+                                 "%3 %4\n",
+                                 op) +
+                         end,
+                     8),
+            Not(HasSubstr("<i:subtraction")))
+            << op;
+    }
+    // The larger is the second number where the first is undefined; a node `max` has no value there.
+    EXPECT_THAT(shape_of(root + "    %5 = max float %3 %4\n", 5), Not(HasSubstr("<i:max")));
+    EXPECT_THAT(shape_of(root + "    %5 = max float %4 %2\n", 5), HasSubstr("<i:max"));
+}
+
+TEST(FunctionNodes, IntegersThatWrapAreNamed) {
+    const std::string of_uint = "    %5 = convert float %4\n";
+    EXPECT_EQ(shape_of("    %3 = convert int %2\n    %4 = convert uint %3\n" + of_uint, 5),
+              messages::kCalculatesWithBits);
+    EXPECT_EQ(shape_of("    %3 = floor float %2\n    %4 = convert uint %3\n" + of_uint, 5),
+              messages::kCalculatesWithBits);
+    EXPECT_THAT(shape_of("    %3 = abs float %2\n    %4 = convert uint %3\n" + of_uint, 5),
+                HasSubstr("<i:floor"));
+    // A float has no room for 2^24 + 1.
+    EXPECT_EQ(shape_of("    %3 = convert int %2\n    %4 = const int 16777217\n"
+                       "    %5 = sub int %3 %4\n    %6 = convert float %5\n",
+                       6),
+              messages::kCalculatesWithBits);
+}
+
 TEST(FunctionNodes, WhatNoFunctionSaysIsNamed) {
     EXPECT_EQ(shape_of("    %3 = const uint 5\n    %4 = noise float 0 %2 %3\n", 4),
               messages::kUsesNoise);
