@@ -17,6 +17,7 @@
 #include "base/input_file.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
+#include "base/text.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/volume_reader.h"
@@ -304,9 +305,18 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
             fine = take_numbers(&line, &low);
         } else if (word == "DOMAIN_MAX") {
             fine = take_numbers(&line, &high);
+        } else if (word == "LUT_3D_INPUT_RANGE") {
+            std::array<double, 2> range{};
+            fine = take_numbers(&line, &range);
+            low.fill(range[0]);
+            high.fill(range[1]);
         } else if (word == "LUT_1D_SIZE") {
-            return user_error(messages::kLutIs1d);
-        } else if (!std::isalpha(static_cast<unsigned char>(word[0]))) {
+            const bool shapes = n > 0 || text.find("LUT_3D_SIZE") != std::string_view::npos;
+            return user_error(shapes ? messages::kLutHasShaper : messages::kLutIs1d);
+        } else if (std::isalpha(static_cast<unsigned char>(word[0]))) {
+            return user_error(
+                fmt::format(messages::kLutWord, number, printable(word.substr(0, 40))));
+        } else {
             line = std::string_view(word.data(),
                                     static_cast<size_t>(line.data() + line.size() - word.data()));
             std::array<double, 3> rgb{};
@@ -322,6 +332,8 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
         if (!fine) return user_error(fmt::format(messages::kLineNotUnderstood, number));
     }
     if (n == 0) return user_error(messages::kNoLutSize);
+    for (size_t a = 0; a < 3; ++a)
+        if (!(high[a] > low[a])) return user_error(messages::kLutDomain);
     if (reader->rows != n * n * n) {
         return user_error(fmt::format(messages::kLutRows, reader->rows, n, n * n * n));
     }

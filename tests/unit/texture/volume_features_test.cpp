@@ -191,6 +191,15 @@ std::vector<Feature> features() {
         // Tables of colours
         {"a title and comments", "a.cube", cube("# one\nTITLE \"warm\"\n"), "", kCube},
         {"bounds", "a.cube", cube("DOMAIN_MIN -1 -1 -1\nDOMAIN_MAX 3 3 3\n"), "", kCube},
+        {"another table's bounds", "a.cube", cube("LUT_3D_INPUT_RANGE -1.0 3.0\n"), "", kCube},
+        {"a word that is not known", "a.cube", cube("DOMAIN_MAXX 3 3 3\n"), messages::kLutWord,
+         kRefused},
+        {"numbers of video", "a.cube", cube("LUT_IN_VIDEO_RANGE\n"), messages::kLutWord, kRefused},
+        {"a domain that is turned", "a.cube", cube("LUT_3D_INPUT_RANGE 1 0\n"),
+         messages::kLutDomain, kRefused},
+        {"a table in front of it", "a.cube",
+         "LUT_1D_SIZE 2\n" + cube("LUT_3D_INPUT_RANGE 0 1\n") + "0 0 0\n1 1 1\n",
+         messages::kLutHasShaper, kRefused},
         {"a table of one dimension", "a.cube", "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n", messages::kLutIs1d,
          kRefused},
         // Others
