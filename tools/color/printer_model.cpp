@@ -95,6 +95,8 @@ std::vector<Sample> distinct(const SampleTable& table) {
 }  // namespace
 
 Result<PrinterModel> PrinterModel::fit(const SampleTable& table) {
+    if (table.is_chart)
+        return user_error(messages::kChartNotMeasured, messages::kChartNotMeasuredHelp);
     if (!table.has_inks || !table.has_lab) {
         return user_error(messages::kNoMeasuredPatches, messages::kNoMeasuredPatchesHelp);
     }

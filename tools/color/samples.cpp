@@ -37,12 +37,15 @@ bool is_cgats(std::string_view text) {
     return false;
 }
 
-/// Removes and returns the next word: of what stands between blanks or commas, or in quotes.
-std::string_view take_word(std::string_view* line) {
-    constexpr std::string_view kBlanks = " \t\r,;";
+constexpr std::string_view kBlanks = " \t\r,;";
+
+/// Removes and returns the next word, or none: of what stands between blanks or commas, or in quotes,
+/// where it may be empty. From `#` on the line is a comment.
+std::optional<std::string_view> take(std::string_view* line) {
     line->remove_prefix(std::min(line->find_first_not_of(kBlanks), line->size()));
+    if (line->empty() || line->front() == '#') return {};
     std::string_view word;
-    if (!line->empty() && line->front() == '"') {
+    if (line->front() == '"') {
         line->remove_prefix(1);
         word = line->substr(0, line->find('"'));
         line->remove_prefix(std::min(word.size() + 1, line->size()));
@@ -53,6 +56,40 @@ std::string_view take_word(std::string_view* line) {
     return word;
 }
 
+std::string_view take_word(std::string_view* line) {
+    return take(line).value_or(std::string_view());
+}
+
+/// Returns the cells of a line of a CSV; two separators with nothing between them are an empty one.
+std::vector<std::string_view> cells_of(std::string_view line, char separator) {
+    constexpr std::string_view kAround = " \t\r";
+    std::vector<std::string_view> out;
+    while (out.size() <= kMostColumns) {
+        const size_t start = line.find_first_not_of(separator == '\t' ? " \r" : kAround);
+        size_t end = line.find(separator);
+        std::string_view cell = line.substr(0, end);
+        if (start != std::string_view::npos && line[start] == '"') {
+            const size_t close = std::min(line.find('"', start + 1), line.size());
+            cell = line.substr(start + 1, close - start - 1);
+            end = line.find(separator, close);
+        } else {
+            cell.remove_prefix(std::min(cell.find_first_not_of(kAround), cell.size()));
+            cell = cell.substr(0, cell.find_last_not_of(kAround) + 1);
+        }
+        out.push_back(cell);
+        if (end == std::string_view::npos) break;
+        line.remove_prefix(end + 1);
+    }
+    return out;
+}
+
+std::string upper(std::string_view text) {
+    std::string out(text);
+    for (char& c : out)
+        if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+    return out;
+}
+
 class Parser {
   public:
     explicit Parser(std::string_view text) : text_(text), is_cgats_(is_cgats(text)) {}
@@ -60,8 +97,9 @@ class Parser {
     Result<SampleTable> run() {
         std::string_view line;
         while (next(&line)) {
-            if (Result<void> taken = take(line); !taken) return taken.error();
+            if (Result<void> taken = take_line(line); !taken) return taken.error();
         }
+        if (Result<void> whole = check_whole(); !whole) return whole.error();
         if (columns_.empty()) {
             return user_error(messages::kNotATable, messages::kNotATableHelp);
         }
@@ -85,10 +123,66 @@ class Parser {
         return user_error(fmt::format(messages::kLineOf, number_, what), help);
     }
 
-    Result<void> take(std::string_view line) {
+    /// A table that says how many rows it has, or where it ends, has them all.
+    Result<void> check_whole() const {
+        if (part_ == Part::kData && !words_.empty())
+            return error(fmt::format(messages::kValuesForColumns, words_.size(), columns_.size()));
+        if (sets_ && part_ >= Part::kData && *sets_ != static_cast<double>(table_.samples.size()))
+            return user_error(fmt::format(messages::kRowsMissing, *sets_, table_.samples.size()),
+                              messages::kRowsMissingHelp);
+        if (!sets_ && part_ == Part::kData)
+            return user_error(messages::kNoEndOfData, messages::kRowsMissingHelp);
+        return {};
+    }
+
+    /// What a head says beside its columns.
+    Result<void> take_keyword(std::string_view first, std::string_view rest) {
+        double value = 0;
+        if (first == "OPENFAB_COLUMNS") {
+            if (!scan_number(take_word(&rest), &value).empty() || value < 1 ||
+                value > kMostColumns || value != std::floor(value))
+                return error(messages::kColumnsNotACount);
+            table_.columns = static_cast<int>(value);
+        } else if (first == "NUMBER_OF_SETS") {
+            if (scan_number(take_word(&rest), &value).empty()) sets_ = value;
+        } else if (first == "CTI1" || first == "CTI2") {
+            table_.is_chart = true;
+        } else if (first == "ILLUMINATION_NAME" || first == "ILLUMINANT") {
+            light_ = take_word(&rest);
+        } else if (first == "WEIGHTING_FUNCTION") {
+            // `"ILLUMINANT, D65"`, `"OBSERVER, 10 degree"`
+            const std::string_view text = take_word(&rest);
+            const size_t comma = text.find(',');
+            std::string_view what = comma < text.size() ? text.substr(comma + 1) : text;
+            what.remove_prefix(std::min(what.find_first_not_of(' '), what.size()));
+            if (text.starts_with("ILLUMINANT")) light_ = what;
+            if (text.starts_with("OBSERVER")) observer_ = what;
+        } else if (first == "OBSERVER") {
+            observer_ = take_word(&rest);
+        }
+        return {};
+    }
+
+    /// Colours of XYZ and Lab are of D50 and the observer of 2 degrees, if they say what they are of.
+    Result<void> check_light() const {
+        if (by_camera_ || !table_.has_lab) return {};
+        const std::string light = upper(light_);
+        if (!light.empty() && light.find("D50") == std::string::npos)
+            return user_error(fmt::format(messages::kOtherLight, light_),
+                              messages::kOtherLightHelp);
+        if (observer_.find("10") != std::string::npos ||
+            observer_.find("1964") != std::string::npos)
+            return user_error(fmt::format(messages::kOtherLight, observer_),
+                              messages::kOtherLightHelp);
+        return {};
+    }
+
+    Result<void> take_line(std::string_view line) {
         std::string_view rest = line;
-        const std::string_view first = take_word(&rest);
-        if (first.empty() || first.front() == '#') return {};
+        const std::optional<std::string_view> word = take(&rest);
+        if (part_ == Part::kRows) return take_cells(line);
+        if (!word) return {};
+        const std::string_view first = *word;
         switch (part_) {
             case Part::kHead:
             case Part::kBetween:
@@ -98,17 +192,11 @@ class Parser {
                 } else if (first == "BEGIN_DATA") {
                     part_ = Part::kData;
                     return find_columns();
-                } else if (first == "OPENFAB_COLUMNS") {
-                    double value = 0;
-                    if (!scan_number(take_word(&rest), &value).empty() || value < 1 ||
-                        value > kMostColumns || value != std::floor(value))
-                        return error(messages::kColumnsNotACount);
-                    table_.columns = static_cast<int>(value);
                 } else if (!is_cgats_ && line.find_first_of(",;\t") != std::string_view::npos) {
                     part_ = Part::kRows;
                     return take_names(line);
                 }
-                return {};
+                return take_keyword(first, rest);
             case Part::kFormat:
                 if (first == "END_DATA_FORMAT") {
                     part_ = Part::kBetween;
@@ -120,9 +208,8 @@ class Parser {
                     part_ = Part::kEnd;
                     return {};
                 }
-                return take_row(line);
+                return take_values(line);
             case Part::kRows:
-                return take_row(line);
             case Part::kEnd:
                 return {};  // further tables, of calibrations
         }
@@ -138,8 +225,48 @@ class Parser {
     }
 
     Result<void> take_names(std::string_view line) {
-        if (Result<void> added = add_names(line); !added) return added;
+        for (const char one : {',', ';', '\t'}) {
+            if (std::count(line.begin(), line.end(), one) >
+                std::count(line.begin(), line.end(), separator_))
+                separator_ = one;
+        }
+        const std::vector<std::string_view> cells = cells_of(line, separator_);
+        if (cells.size() > kMostColumns) return error(messages::kTooManyColumns);
+        columns_.assign(cells.begin(), cells.end());
         return find_columns();
+    }
+
+    /// A row of a CSV; lines without values, and comments, are none.
+    Result<void> take_cells(std::string_view line) {
+        words_ = cells_of(line, separator_);
+        const auto filled = [](std::string_view cell) { return !cell.empty(); };
+        if (std::none_of(words_.begin(), words_.end(), filled)) return {};
+        if (words_.size() != columns_.size() && line.starts_with('#')) return {};
+        while (words_.size() > columns_.size() && words_.back().empty())
+            words_.pop_back();
+        if (words_.size() > columns_.size())
+            return error(fmt::format(messages::kTooManyValues, columns_.size(), columns_.size()));
+        if (words_.size() < columns_.size())
+            return error(fmt::format(messages::kValuesForColumns, words_.size(), columns_.size()));
+        return take_row();
+    }
+
+    /// Values of CGATS: a set has as many as there are columns, on one line or several.
+    Result<void> take_values(std::string_view line) {
+        const size_t before = words_.size();
+        for (std::optional<std::string_view> word = take(&line); word; word = take(&line)) {
+            if (words_.size() == columns_.size()) {
+                return before > 0 ? error(fmt::format(messages::kValuesForColumns, before,
+                                                      columns_.size()))
+                                  : error(fmt::format(messages::kTooManyValues, columns_.size(),
+                                                      columns_.size()));
+            }
+            words_.push_back(*word);
+        }
+        if (words_.size() < columns_.size()) return {};
+        Result<void> taken = take_row();
+        words_.clear();
+        return taken;
     }
 
     int index_of(const char* name) const {
@@ -180,7 +307,7 @@ class Parser {
         by_camera_ = table_.has_inks && table_.has_rgb && !table_.has_lab && !has_xyz_;
         by_xyz_ = has_xyz_ && !table_.has_lab;
         table_.has_lab = table_.has_lab || has_xyz_ || by_camera_;
-        return {};
+        return check_light();
     }
 
     Result<double> number(int column, double lowest, double highest) {
@@ -208,17 +335,8 @@ class Parser {
         return {};
     }
 
-    Result<void> take_row(std::string_view line) {
-        words_.clear();
-        for (std::string_view word = take_word(&line); !word.empty(); word = take_word(&line)) {
-            if (words_.size() == columns_.size()) {
-                return error(
-                    fmt::format(messages::kTooManyValues, columns_.size(), columns_.size()));
-            }
-            words_.push_back(word);
-        }
-        if (words_.size() < columns_.size())
-            return error(fmt::format(messages::kValuesForColumns, words_.size(), columns_.size()));
+    /// Takes a patch of the words.
+    Result<void> take_row() {
         if (table_.samples.size() == kMostSamples)
             return error(fmt::format(messages::kTooManyPatches, kMostSamples));
         Sample sample;
@@ -233,10 +351,14 @@ class Parser {
             ink = std::clamp(ink, 0.0, 1.0);
             sum += ink;
         }
-        constexpr double kSlack = 1e-3;  // of amounts with three decimals
+        constexpr double kSlack = 4 * 0.5 / 255 + 1e-4;  // of four amounts of 8 bits
         if (sum > 1 + kSlack) {
             return error(fmt::format(messages::kInksAddUp, sum * 100), messages::kInksAddUpHelp);
         }
+        constexpr double kThreeDecimals = 1e-3;
+        if (sum > 1 + kThreeDecimals)
+            for (double& ink : sample.inks)
+                ink /= sum;
         std::array<double, 3> v{};
         if (by_camera_) {
             Rgb linear;
@@ -244,8 +366,9 @@ class Parser {
                 linear[i] = srgb_to_linear(std::clamp(sample.rgb[i], 0.0, 1.0));
             sample.lab = to_lab(xyz_of_linear(linear));
         } else if (by_xyz_) {
-            if (Result<void> xyz = numbers(xyz_, 0, 200, 100, &v); !xyz) return xyz;
-            sample.lab = to_lab({v[0], v[1], v[2]});
+            // Instruments measure a little less than nothing.
+            if (Result<void> xyz = numbers(xyz_, -0.5, 200, 100, &v); !xyz) return xyz;
+            sample.lab = to_lab({std::max(v[0], 0.0), std::max(v[1], 0.0), std::max(v[2], 0.0)});
         } else if (table_.has_lab) {
             if (Result<void> lab = numbers(lab_, -200, 200, 1, &v); !lab) return lab;
             sample.lab = {v[0], v[1], v[2]};
@@ -263,6 +386,9 @@ class Parser {
     std::vector<std::string_view> words_;
     std::array<int, 4> inks_{};
     std::array<int, 3> rgb_{}, lab_{}, xyz_{};
+    char separator_ = ',';  ///< of a CSV
+    std::optional<double> sets_;
+    std::string_view light_, observer_;
     int id_ = -1;
     bool has_xyz_ = false, by_xyz_ = false, by_camera_ = false;
     SampleTable table_;
@@ -282,9 +408,12 @@ Result<SampleTable> read_samples(const std::filesystem::path& file) {
 }
 
 std::string format_samples(const SampleTable& table, const std::string& description) {
+    // What is measured is a `.ti3`, as Argyll reads it.
+    const bool ti3 = table.has_inks && table.has_lab;
     std::string out = fmt::format(
-        "CGATS.17\n\nDESCRIPTOR \"{}\"\nORIGINATOR \"OpenFab\"\nKEYWORD \"OPENFAB_COLUMNS\"\n",
-        description);
+        "{}\n\nDESCRIPTOR \"{}\"\nORIGINATOR \"OpenFab\"\n{}KEYWORD \"OPENFAB_COLUMNS\"\n",
+        ti3 ? "CTI3" : "CGATS.17", description,
+        ti3 ? "DEVICE_CLASS \"OUTPUT\"\nCOLOR_REP \"CMYK_LAB\"\n" : "");
     if (table.columns > 0) out += fmt::format("OPENFAB_COLUMNS {}\n", table.columns);
     std::string names = "SAMPLE_ID";
     int fields = 1;

@@ -38,6 +38,7 @@ struct SampleTable {
     bool has_inks = false;
     bool has_rgb = false;
     bool has_lab = false;
+    bool is_chart = false;  ///< the file says so: colours in it are expected, not measured
     /// Where the table is of a chart: patches in a row, of which the first row is at the top.
     int columns = 0;
     std::vector<Sample> samples;

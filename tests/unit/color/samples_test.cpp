@@ -87,6 +87,108 @@ TEST(Samples, CgatsIsKnownByItsKeywordWhateverItsHeadSays) {
     }
 }
 
+const std::string kHead =
+    "BEGIN_DATA_FORMAT\nSAMPLE_ID CMYK_C CMYK_M CMYK_Y CMYK_K XYZ_X XYZ_Y XYZ_Z\nEND_DATA_FORMAT\n";
+
+std::string refusal(const std::string& text) {
+    const Result<SampleTable> table = parse_samples(text);
+    return table ? "" : table.error().text();
+}
+
+TEST(Samples, ReadsValuesWhereverCgatsHasThem) {
+    const std::string plain =
+        kHead + "BEGIN_DATA\n\"\" 0 0 0 0 96.42 100 82.49\nb 0 0 100 0 60 70 8\nEND_DATA\n";
+    const std::string others[] = {
+        // Over two lines, with comments, more blanks, and a sum of 8 bits.
+        kHead +
+            "NUMBER_OF_SETS 2\nBEGIN_DATA\n\"\" 0 0 0 0\n 96.42 100 82.49 # white\n# all\n"
+            "b 0\n0 100 0 60 70\n8\nEND_DATA\n",
+        kHead +
+            "BEGIN_DATA\n\"#1\" 0 0 0 0 96.42 100 82.49#bare\n\"\"\t0 0 100 0 60 70 8\nEND_DATA\n"};
+    const Result<SampleTable> right = parse_samples(plain);
+    ASSERT_TRUE(right) << right.error().text();
+    ASSERT_EQ(right->samples.size(), 2u);
+    EXPECT_NEAR(right->samples[0].lab.l, 100, 1e-9);
+    for (const std::string& text : others) {
+        const Result<SampleTable> table = parse_samples(text);
+        ASSERT_TRUE(table) << text << table.error().text();
+        ASSERT_EQ(table->samples.size(), 2u) << text;
+        for (size_t i = 0; i < 2; ++i) {
+            EXPECT_EQ(table->samples[i].inks, right->samples[i].inks) << text;
+            EXPECT_EQ(table->samples[i].lab.l, right->samples[i].lab.l) << text;
+        }
+    }
+}
+
+TEST(Samples, AmountsOfEightBitsAndNumbersBelowZeroAreRead) {
+    const Result<SampleTable> table =
+        parse_samples(kHead +
+                      "BEGIN_DATA\n1 33.3333 33.3333 33.7255 0 20 21 -0.0018\n2 25.098 25.098 "
+                      "25.098 25.098 3 4 0\nEND_DATA\n");
+    ASSERT_TRUE(table) << table.error().text();
+    for (const Sample& s : table->samples)
+        EXPECT_NEAR(s.inks[0] + s.inks[1] + s.inks[2] + s.inks[3], 1, 1e-12);
+    EXPECT_EQ(table->samples[0].lab.b,
+              parse_samples(kHead + "BEGIN_DATA\n1 0 0 0 0 20 21 0\nEND_DATA\n")->samples[0].lab.b);
+    EXPECT_THAT(refusal(kHead + "BEGIN_DATA\n1 34 34 34 0 20 21 0\nEND_DATA\n"),
+                testing::Says(messages::kInksAddUp));
+    EXPECT_THAT(refusal(kHead + "BEGIN_DATA\n1 0 0 0 0 20 21 -3\nEND_DATA\n"),
+                testing::Says(messages::kValueOutside));
+}
+
+TEST(Samples, TablesAreWholeOrRefused) {
+    const std::string row = "1 0 0 0 0 96.42 100 82.49\n";
+    EXPECT_THAT(refusal(kHead + "NUMBER_OF_SETS 3\nBEGIN_DATA\n" + row + row),
+                testing::Says(messages::kRowsMissing, "3", "2"));
+    EXPECT_THAT(refusal(kHead + "NUMBER_OF_SETS 1\nBEGIN_DATA\n" + row + row + "END_DATA\n"),
+                testing::Says(messages::kRowsMissing, "1", "2"));
+    EXPECT_THAT(refusal(kHead + "BEGIN_DATA\n" + row), testing::Says(messages::kNoEndOfData));
+    EXPECT_THAT(refusal(kHead + "BEGIN_DATA\n" + row + "1 0 0 0\nEND_DATA\n"),
+                testing::Says(messages::kValuesForColumns, "4", "8"));
+    EXPECT_THAT(refusal(kHead + "BEGIN_DATA\n1 0 0 0\n" + row + "END_DATA\n"),
+                testing::Says(messages::kValuesForColumns, "4", "8"));
+}
+
+TEST(Samples, AnotherLightIsRefused) {
+    const std::string rows = kHead + "BEGIN_DATA\n1 0 0 0 0 96.42 100 82.49\nEND_DATA\n";
+    for (const char* head :
+         {"ILLUMINATION_NAME \"D65\"\n", "WEIGHTING_FUNCTION \"ILLUMINANT, D65\"\n",
+          "WEIGHTING_FUNCTION \"OBSERVER, 10 degree\"\n", "OBSERVER \"10\"\n"})
+        EXPECT_THAT(refusal(head + rows), testing::Says(messages::kOtherLight)) << head;
+    for (const char* head :
+         {"ILLUMINATION_NAME \"D50\"\n", "WEIGHTING_FUNCTION \"ILLUMINANT, D50\"\n",
+          "WEIGHTING_FUNCTION \"OBSERVER, 2 degree\"\n", "INSTRUMENTATION \"D65, 10\"\n"})
+        EXPECT_EQ(refusal(head + rows), "") << head;
+}
+
+TEST(Samples, AChartIsNotMeasured) {
+    const Result<SampleTable> chart =
+        parse_samples("CTI1\n" + kHead + "BEGIN_DATA\n1 0 0 0 0 96.42 100 82.49\nEND_DATA\n");
+    ASSERT_TRUE(chart);
+    EXPECT_TRUE(chart->is_chart);
+}
+
+TEST(Samples, CellsOfACsvMayBeEmpty) {
+    const std::string head = "Note,CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n";
+    const Result<SampleTable> table = parse_samples(
+        head + ",0,0,0,0,90,0,0\n\"a, b\",0,0,0,100,20,0,-1,,\n,,,,,,,\n#3,0,0,100,0,80,0,90\n");
+    ASSERT_TRUE(table) << table.error().text();
+    ASSERT_EQ(table->samples.size(), 3u);
+    EXPECT_EQ(table->samples[0].lab.l, 90);
+    EXPECT_EQ(table->samples[1].lab.b, -1);
+    EXPECT_EQ(table->samples[2].inks[2], 1);
+    EXPECT_THAT(refusal(head + "a,0,0,0,,90,0,0\n"), testing::Says(messages::kValueNotANumber));
+}
+
+TEST(Samples, WhatIsMeasuredIsATableOfArgyll) {
+    SampleTable table = ink_chart();
+    EXPECT_TRUE(format_samples(table, "a").starts_with("CGATS.17\n"));
+    table.has_lab = true;
+    const std::string text = format_samples(table, "a");
+    EXPECT_TRUE(text.starts_with("CTI3\n"));
+    EXPECT_NE(text.find("\nDEVICE_CLASS \"OUTPUT\"\nCOLOR_REP \"CMYK_LAB\"\n"), std::string::npos);
+}
+
 TEST(Samples, FormattedTablesAreReadBack) {
     SampleTable chart = ink_chart();
     chart.has_lab = true;
