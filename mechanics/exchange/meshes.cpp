@@ -38,10 +38,13 @@ Result<void> write_vtu(const std::filesystem::path& path, const ElementMesh& mes
     uint64_t offset = 0;
     const auto array = [&](const char* type, const std::string& name, int components,
                            uint64_t bytes) {
+        // Arrays of numbers say none, as VTK writes them: readers take one component for a table.
+        const std::string width =
+            components > 1 ? fmt::format(" NumberOfComponents=\"{}\"", components) : "";
         out->put(
-            fmt::format("        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" "
-                        "format=\"appended\" offset=\"{}\"/>\n",
-                        type, backends::escape_xml(name), components, offset));
+            fmt::format("        <DataArray type=\"{}\" Name=\"{}\"{} format=\"appended\" "
+                        "offset=\"{}\"/>\n",
+                        type, backends::escape_xml(name), width, offset));
         offset += 8 + bytes;
     };
     out->put(
@@ -130,13 +133,17 @@ Result<void> write_msh(const std::filesystem::path& path, const ElementMesh& mes
     for (const uint64_t n : {uint64_t{volumes}, elements, uint64_t{1}, elements})
         out->put_value(n);
     constexpr int32_t kHexahedron = 5;
+    // Elements have the numbers of their order in the file: some readers skip the numbers.
+    std::vector<size_t> order;
+    order.reserve(elements);
     for (size_t k = 0; k < of.size(); ++k) {
         if (of[k].empty()) continue;
         for (const int32_t n : {int32_t{3}, static_cast<int32_t>(k + 1), kHexahedron})
             out->put_value(n);
         out->put_value(uint64_t{of[k].size()});
         for (const size_t e : of[k]) {
-            out->put_value(uint64_t{e + 1});
+            order.push_back(e);
+            out->put_value(uint64_t{order.size()});
             for (const int64_t n : mesh.corners(e))
                 out->put_value(static_cast<uint64_t>(n + 1));
         }
@@ -144,9 +151,9 @@ Result<void> write_msh(const std::filesystem::path& path, const ElementMesh& mes
     out->put("\n$EndElements\n");
     for (const auto& [name, values] : element_fields(mesh)) {
         out->put(fmt::format("$ElementData\n1\n\"{}\"\n1\n0\n3\n0\n1\n{}\n", name, elements));
-        for (size_t e = 0; e < values.size(); ++e) {
-            out->put_value(static_cast<int32_t>(e + 1));
-            out->put_value(static_cast<double>(values[e]));
+        for (size_t i = 0; i < order.size(); ++i) {
+            out->put_value(static_cast<int32_t>(i + 1));
+            out->put_value(static_cast<double>(values[order[i]]));
         }
         out->put("\n$EndElementData\n");
     }

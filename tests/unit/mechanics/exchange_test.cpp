@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
@@ -115,6 +116,52 @@ uint64_t number_at(const std::string& file, size_t at, size_t bytes) {
     for (size_t i = 0; i < bytes; ++i)
         out |= static_cast<uint64_t>(static_cast<uint8_t>(file[at + i])) << (8 * i);
     return out;
+}
+
+// meshio skips the numbers of elements, and takes arrays that say one component for tables.
+TEST(MechanicsExchange, ValuesStandInTheOrderOfElements) {
+    const testing::TempFolder folder;
+    const PartProblem p = block();
+    const ElementMesh mesh = mesh_of(p.grid, p.voxels);
+    ASSERT_TRUE(write_vtu(folder.path() / "a.vtu", mesh));
+    ASSERT_TRUE(write_msh(folder.path() / "a.msh", mesh));
+    EXPECT_EQ(text_of(folder.path() / "a.vtu").find("NumberOfComponents=\"1\""), std::string::npos);
+    const std::string msh = text_of(folder.path() / "a.msh");
+    size_t at = msh.find("$Elements\n") + 10;
+    const uint64_t blocks = number_at(msh, at, 8), elements = mesh.elements.size();
+    ASSERT_GT(blocks, 1u);
+    at += 32;
+    std::vector<std::array<uint64_t, 8>> corners;
+    for (uint64_t b = 0; b < blocks; ++b) {
+        const uint64_t count = number_at(msh, at + 12, 8);
+        at += 20;
+        for (uint64_t i = 0; i < count; ++i, at += 72) {
+            EXPECT_EQ(number_at(msh, at, 8), corners.size() + 1);
+            corners.emplace_back();
+            for (size_t c = 0; c < 8; ++c)
+                corners.back()[c] = number_at(msh, at + 8 + 8 * c, 8);
+        }
+    }
+    ASSERT_EQ(corners.size(), elements);
+    std::map<std::array<uint64_t, 8>, float> young;
+    for (const auto& [name, values] : element_fields(mesh)) {
+        if (name != "young_MPa") continue;
+        for (size_t e = 0; e < elements; ++e) {
+            std::array<uint64_t, 8> of{};
+            for (size_t c = 0; c < 8; ++c)
+                of[c] = static_cast<uint64_t>(mesh.corners(e)[c] + 1);
+            young[of] = static_cast<float>(values[e]);
+        }
+    }
+    ASSERT_EQ(young.size(), elements);
+    const std::string head = "\"young_MPa\"\n1\n0\n3\n0\n1\n" + std::to_string(elements) + "\n";
+    at = msh.find(head) + head.size();
+    for (uint64_t i = 0; i < elements; ++i, at += 12) {
+        EXPECT_EQ(number_at(msh, at, 4), i + 1);
+        double value = 0;
+        std::memcpy(&value, msh.data() + at + 4, 8);
+        EXPECT_EQ(static_cast<float>(value), young.at(corners[i])) << i;
+    }
 }
 
 /// Where the header of an object ends, whose checksum is right.
