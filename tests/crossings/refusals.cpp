@@ -3,7 +3,6 @@
 
 // What the table's cells are refused by, and the remedy that is given.
 
-#include "mechanics/messages.h"
 #include "program/messages.h"
 #include "runtime/part/messages.h"
 #include "runtime/solid/messages.h"
@@ -13,7 +12,6 @@ namespace openfab::testing {
 
 namespace {
 
-using namespace mechanics::messages;
 using namespace part::messages;
 using namespace program::messages;
 using namespace solid::messages;
@@ -29,7 +27,6 @@ constexpr Refusal kRefusals[] = {
     {{"stretch|machine stretch|matrix", "beams", "*"}, kUnevenStretch, kBeamsUnevenScaleHelp},
     {{"stretch|machine stretch|matrix", "grown*|program*", "*"}, kUnevenStretch, kGrownScaledHelp},
     {{"matrix", "shape|undeclared|of *", "*"}, kShapeScaled, kShapeScaledHelp},
-    {{"inp", "*", "pieces|pieces of a file|several that touch"}, kPieceNotHeld, ""},
     {{"field", "shape|undeclared|of *|grown*|program*", "*"},
      kFieldCannotMove,
      kFieldCannotMoveHelp},
