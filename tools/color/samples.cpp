@@ -50,7 +50,7 @@ std::optional<std::string_view> take(std::string_view* line) {
         word = line->substr(0, line->find('"'));
         line->remove_prefix(std::min(word.size() + 1, line->size()));
     } else {
-        word = line->substr(0, line->find_first_of(kBlanks));
+        word = line->substr(0, std::min(line->find_first_of(kBlanks), line->find('#')));
         line->remove_prefix(word.size());
     }
     return word;
@@ -205,6 +205,7 @@ class Parser {
                 return add_names(line);
             case Part::kData:
                 if (first == "END_DATA") {
+                    if (!words_.empty()) return check_whole();
                     part_ = Part::kEnd;
                     return {};
                 }

@@ -42,7 +42,7 @@ TEST(ThreemfMixed, ReadsPaintBesideTheModel) {
     }
 }
 
-/// "0.25 of red, 0.75 of blue"
+/// "0.25 of red, 0.75 of blue", as the looks are listed.
 std::string mixture_of(const MeshSource& source, size_t triangle) {
     std::string text;
     for (const auto& [look, share] : look_of(source, triangle).mixture)
@@ -72,7 +72,7 @@ TEST(ThreemfMixed, MixesFilamentsAsThreeSlicersSay) {
         {"Metadata/project_settings.config",
          "{" + colors +
              R"(], "mixed_filament_definitions": "1,2,1,1,50,0,g1/2/3,w2/1/1,m0,z0,xa0,xb0,d0,o0,u2,cm0"})",
-         "", "0.5 of red, 0.25 of blue, 0.25 of white"},
+         "", "0.25 of white, 0.5 of red, 0.25 of blue"},
         {"Metadata/Prusa_Slicer_full_spectrum.json",
          R"({"version": 1, "physical_extruders": [{"id": 1, "color": "#FF0000"}, {"id": 2, "color": "#0000FF"}], "virtual_extruders":
              [{"id": 3, "kind": "fullspectrum", "color": "#800080", "components": [{"extruder": 1, "ratio": 1}, {"extruder": 2, "ratio": 3}]},
