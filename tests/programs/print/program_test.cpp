@@ -98,7 +98,7 @@ TEST_F(PrintProgram, ExportGivesTheFilesOfADirectPrint) {
         const Outcome outcome = openfab(exported);
         ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
         const std::vector<std::string> names = slices_of("direct");
-        EXPECT_EQ(names.size(), 32u);  // 30 slices, the manifest, the note
+        EXPECT_EQ(names.size(), 33u);  // 30 slices, the manifest, digests, the note
         EXPECT_EQ(slices_of("exported"), names);
         for (const std::string& name : names) {
             EXPECT_TRUE(read_file(scratch_ / "direct" / name) ==
