@@ -10,6 +10,7 @@
 #include "runtime/solid/beams/beam_engine.h"
 #include "runtime/solid/extent/extent_search.h"
 #include "runtime/solid/placed_box.h"
+#include "runtime/surface/transform_box.h"
 
 namespace openfab::solid {
 
@@ -136,8 +137,13 @@ class BeamSolid final : public Solid {
     }
     Box3d box_on_sides(const Affine3d& local_to_other,
                        std::span<const pieces::Side> sides) const override {
-        const Box3d box = find_extent(BeamsValue(shared_.tree), local_to_other.m, sides).box;
-        return box.empty() ? box : Box3d{box.lo + local_to_other.t, box.hi + local_to_other.t};
+        const Extent found = find_extent(BeamsValue(shared_.tree), local_to_other.m, sides);
+        Box3d box = found.box;
+        if (!box.empty()) box = {box.lo + local_to_other.t, box.hi + local_to_other.t};
+        // Where thousands of tips are level the search ends before all are decided: none is cut off.
+        for (const Box3f& open : found.open)
+            box.add(surface::transform_box(local_to_other, open));
+        return box;
     }
     Box3f bounds() const override { return shared_.tree.bounds(); }
     bool dices() const override { return false; }
