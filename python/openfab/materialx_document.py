@@ -6,6 +6,7 @@ values, inputs of coordinates that are not connected are those of the surface, a
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any, Callable, Iterator
 
 if __package__:
@@ -51,7 +52,7 @@ class Prepared:
 
     def space_of(self, port: Any) -> str:
         """Returns the colour space of an input's value as MaterialX' library names it; "" for linear light."""
-        space = port.getActiveColorSpace()
+        space: str = port.getActiveColorSpace()
         if space in LINEAR:
             return ""
         name = ALIASES.get(space, space)
@@ -72,7 +73,7 @@ class Prepared:
                 continue
             declared = definition.getActiveInput(port.getName()) if definition is not None else None
             if source is port and declared is not None and declared.getAttribute("defaultgeomprop"):
-                yield lambda node=node, port=port: self.forget(node, port)
+                yield partial(self.forget, node, port)
                 continue
             kind = port.getType()
             if kind == "filename":
@@ -81,9 +82,9 @@ class Prepared:
             space = self.space_of(source) if kind in COLORS else ""
             factor = self.factor(source) if kind in NUMBERS else 1
             if space:
-                yield lambda graph=graph, node=node, port=port, source=source, space=space: self.linear_value(graph, node, port, source, space)
+                yield partial(self.linear_value, graph, node, port, source, space)
             elif source is not port or factor != 1:
-                yield lambda port=port, source=source, factor=factor: self.own_value(port, source, factor)
+                yield partial(self.own_value, port, source, factor)
 
     def forget(self, node: Any, port: Any) -> None:
         self.note(node, f"the value written on `{port.getName()}` is not used, as in MaterialX' shaders: an input of coordinates that is not connected takes those of the surface")
@@ -102,14 +103,14 @@ class Prepared:
         for name, kind in outputs:
             space = self.space_of(source) if kind in COLORS and file else ""
             if space:
-                yield lambda name=name, kind=kind, space=space: self.behind(graph, node, name, kind, f"{space}_to_lin_rec709", {})
+                yield partial(self.behind, graph, node, name, kind, f"{space}_to_lin_rec709", {})
             elif factor != 1 and kind in NUMBERS:
                 self.note(node, f"the picture's values are taken as lengths in the unit `{source.getUnit()}`")
-                yield lambda name=name, kind=kind: self.behind(graph, node, name, kind, "multiply", {"in2": ("float", repr(factor))})
+                yield partial(self.behind, graph, node, name, kind, "multiply", {"in2": ("float", repr(factor))})
         if node.getCategory() == "image" and outputs[0][0] == "" and "constant" in (address_mode(node, "uaddressmode"), address_mode(node, "vaddressmode")):
             # The default beyond the picture is a value of its own: no colour of the picture, nor a length of it.
             node.setAttribute("beyond", "elsewhere")
-            yield lambda: self.behind(graph, node, "", node.getType(), "beyond_picture", {"of": ("string", node.getName())}, last=True)
+            yield partial(self.behind, graph, node, "", node.getType(), "beyond_picture", {"of": ("string", node.getName())}, last=True)
 
     def factor(self, port: Any) -> float:
         """Returns what turns an input's value into the look's unit, or into degrees."""
