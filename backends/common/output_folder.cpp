@@ -47,6 +47,18 @@ int fill(int fd, std::span<const uint8_t> bytes) {
 
 }  // namespace
 
+GrowingFile::GrowingFile(GrowingFile&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), path_(std::move(other.path_)) {}
+
+GrowingFile::~GrowingFile() {
+    if (fd_ >= 0) ::close(fd_);
+}
+
+Result<void> GrowingFile::add(std::string_view text) const {
+    const int code = write_all(fd_, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+    return code == 0 ? Result<void>() : folder_error(messages::kCannotWriteTo, path_, code);
+}
+
 Result<OutputFolder> OutputFolder::open(const std::filesystem::path& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0) return folder_error(messages::kCannotOpenFolder, path, errno);
@@ -84,13 +96,11 @@ Result<void> OutputFolder::write(const std::string& name, std::span<const uint8_
     return error;
 }
 
-Result<void> OutputFolder::append(const std::string& name, std::span<const uint8_t> bytes) const {
+Result<GrowingFile> OutputFolder::grow(const std::string& name) const {
     const int file =
         ::openat(fd_, name.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (file < 0) return folder_error(messages::kCannotCreate, path_ / name, errno);
-    int code = write_all(file, bytes);
-    if (::close(file) != 0 && code == 0) code = errno;
-    return code == 0 ? Result<void>() : folder_error(messages::kCannotWriteTo, path_ / name, code);
+    return GrowingFile(file, path_ / name);
 }
 
 Result<void> OutputFolder::set_aside(const std::string& name) const {

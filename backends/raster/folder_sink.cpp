@@ -134,6 +134,7 @@ Result<void> FolderSink::write_notes(const pipeline::PrintTotals& totals, bool e
     }
     end = false;
     if (written = write(kDigestFile, sums); !written) return written;
+    list_.reset();
     return folder_.remove(kDigestsSoFar);
 }
 
@@ -145,8 +146,13 @@ Result<void> FolderSink::begin_digests() {
         text += digest_line(slice_file_name(z, i % files, info_, options_), digests_[i]);
     }
     if (Result<void> gone = folder_.remove(kDigestFile); !gone) return gone;
-    return folder_.write(kDigestsSoFar,
-                         {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+    const Result<void> written =
+        folder_.write(kDigestsSoFar, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+    if (!written) return written;
+    Result<backends::GrowingFile> list = folder_.grow(kDigestsSoFar);
+    if (!list) return list.error();
+    list_.emplace(std::move(*list));
+    return {};
 }
 
 Result<void> FolderSink::read_digests(const std::string& manifest) {
@@ -282,10 +288,7 @@ Result<void> FolderSink::commit(int32_t z, std::vector<uint8_t> bytes) {
         digests_.push_back(sha256(file));
         lines += digest_line(name, digests_.back());
     }
-    if (written) {
-        written = folder_.append(kDigestsSoFar,
-                                 {reinterpret_cast<const uint8_t*>(lines.data()), lines.size()});
-    }
+    if (written) written = list_->add(lines);
     if (!written) {
         broken_ = true;
         digests_.resize(static_cast<size_t>(written_) * files);

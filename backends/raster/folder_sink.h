@@ -11,6 +11,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -95,8 +96,9 @@ class FolderSink : public pipeline::SliceSink {
     pipeline::PrintInfo info_;
     std::set<std::string> set_aside_;  ///< their names, without `.part`
     Digests earlier_digests_;
-    std::vector<Sha256Digest> digests_;  ///< of the files of the slices written
-    int32_t written_ = 0;                ///< whole slices in the folder, from the first
+    std::optional<backends::GrowingFile> list_;  ///< SHA256SUMS.part, from `begin_digests` on
+    std::vector<Sha256Digest> digests_;          ///< of the files of the slices written
+    int32_t written_ = 0;                        ///< whole slices in the folder, from the first
     bool resumed_ = false;
     bool earlier_ = false;  ///< an earlier print's slices are still to be read
     bool broken_ = false;

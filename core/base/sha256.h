@@ -2,13 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// SHA-256 (FIPS 180-4): digests that other programs compute, too, as `sha256sum` does.
+// SHA-256 (FIPS 180-4), computed by OpenSSL: digests that other programs compute, too, as `sha256sum` does. A
+// library of its own, openfab_digest, since few programs need it.
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+
+struct evp_md_ctx_st;
 
 namespace openfab {
 
@@ -17,15 +21,17 @@ using Sha256Digest = std::array<uint8_t, 32>;
 /// Digests a stream of bytes.
 class Sha256 {
   public:
+    /// Throws std::runtime_error where the system's OpenSSL has no SHA-256.
+    Sha256();
     void add(std::span<const uint8_t> bytes);
     /// Ends the stream.
     Sha256Digest digest();
 
   private:
-    std::array<uint32_t, 8> state_{0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
-                                   0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
-    std::array<uint8_t, 64> block_{};
-    uint64_t bytes_ = 0;
+    struct Free {
+        void operator()(evp_md_ctx_st* state) const;
+    };
+    std::unique_ptr<evp_md_ctx_st, Free> state_;
 };
 
 Sha256Digest sha256(std::span<const uint8_t> bytes);
@@ -35,12 +41,5 @@ Sha256Digest sha256(std::string_view text);
 std::string hex_text(const Sha256Digest& digest);
 /// Parses them, in either case; false where the text is anything else.
 bool parse_hex(std::string_view text, Sha256Digest* digest);
-
-/// What the processor's own instructions compute must equal what plain code does: for tests.
-namespace sha256_detail {
-void add_blocks_plain(uint32_t* state, const uint8_t* blocks, size_t count);
-/// Returns false where the processor has no such instructions.
-bool add_blocks_fast(uint32_t* state, const uint8_t* blocks, size_t count);
-}  // namespace sha256_detail
 
 }  // namespace openfab
