@@ -29,7 +29,7 @@
 #include "program/progress.h"
 #include "program/statistics.h"
 #include "program/supersample.h"
-#include "runtime/part/bind.h"
+#include "runtime/part/settings.h"
 #include "runtime/pipeline/messages.h"
 #include "runtime/pipeline/print_job.h"
 #include "runtime/segments/printf_log.h"

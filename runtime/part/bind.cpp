@@ -10,7 +10,6 @@
 #include <tuple>
 
 #include "abi/grow_table.h"
-#include "base/json.h"
 #include "base/near_miss.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
@@ -21,9 +20,9 @@
 #include "runtime/part/bind_textures.h"
 #include "runtime/part/messages.h"
 #include "runtime/part/part_mesh.h"
+#include "runtime/part/settings.h"
 #include "runtime/part/stretch.h"
 #include "runtime/part/uniforms.h"
-#include "world/uniform_values.h"
 
 namespace openfab::part {
 namespace {
@@ -46,59 +45,6 @@ std::vector<std::string> fablet_names(const openfab_fablet_list& list) {
     for (int32_t i = 0; i < list.count; ++i)
         names.emplace_back(list.fablets[i]->name);
     return names;
-}
-
-/// Of the location of an error that is about a setting.
-constexpr std::string_view kSetPlace = "--set ";
-
-SourceLocation place_of_set(const std::string& text) {
-    return {std::string(kSetPlace) + text, 0, 0};
-}
-
-/// Makes an error of a `--set` that says nothing.
-Error malformed_set(const std::string& text, std::string message, std::string help = {}) {
-    return {ErrorCode::kUsage, std::move(message), std::move(help), place_of_set(text)};
-}
-
-/// A parsed --set option.
-struct SetValue {
-    std::string object;
-    std::string uniform;
-    world::UniformBinding binding;
-};
-
-Result<SetValue> parse_set(const std::string& text) {
-    const size_t equals = text.find('=');
-    const size_t dot = equals == std::string::npos ? equals : text.rfind('.', equals);
-    if (dot == std::string::npos || dot == 0 || dot + 1 == equals || equals + 1 == text.size()) {
-        return malformed_set(text, messages::kSetForm);
-    }
-    SetValue out;
-    out.object = text.substr(0, dot);
-    out.uniform = text.substr(dot + 1, equals - dot - 1);
-    const std::string value = text.substr(equals + 1);
-    JsonValue json;
-    if (Result<JsonValue> parsed = parse_json(value, "--set");
-        parsed && !parsed->is(JsonValue::Kind::kNull)) {
-        json = std::move(*parsed);
-    } else {
-        // A bare word is a name; anything that starts like other JSON is an error.
-        if (std::string_view("[{\"-+.0123456789").find(value[0]) != std::string_view::npos) {
-            return malformed_set(text, messages::kSetNeitherJsonNorName);
-        }
-        json.kind = JsonValue::Kind::kString;
-        json.text = value;
-    }
-    const SourceLocation location = place_of_set(text);
-    Result<world::UniformBinding> binding =
-        world::uniform_binding(json, location, fmt::format(messages::kUniform, out.uniform));
-    if (!binding && json.is(JsonValue::Kind::kObject)) {
-        return malformed_set(text, binding.error().message, binding.error().help);
-    }
-    if (!binding) return malformed_set(text, messages::kSetNotAValue);
-    out.binding = std::move(*binding);
-    out.binding.location = location;
-    return out;
 }
 
 class WorldBinder {
@@ -156,20 +102,10 @@ class WorldBinder {
 
   private:
     Result<void> read_sets(const BindOptions& options) {
-        std::vector<std::string> objects;
-        for (const world::Object& object : world_.objects)
-            objects.push_back(object.name);
-        for (const std::string& text : options.sets) {
-            Result<SetValue> set = parse_set(text);
-            if (!set) return set.error();
-            if (std::find(objects.begin(), objects.end(), set->object) == objects.end()) {
-                return error_at(place_of_set(text),
-                                fmt::format(messages::kNoSuchObject, set->object),
-                                suggest(set->object, objects));
-            }
-            sets_[set->object].insert_or_assign(set->uniform, std::move(set->binding));
-        }
-        return Ok{};
+        Result<Settings> sets = read_settings(world_, options.sets);
+        if (!sets) return sets.error();
+        sets_ = std::move(*sets);
+        return {};
     }
 
     Result<const openfab_fablet*> fablet_of(const world::Object& object) const {
@@ -337,7 +273,7 @@ class WorldBinder {
     int64_t memory_left_ = 0;
     bool unplaced_ = false;                         ///< the world has no build yet
     std::vector<std::vector<int32_t>> placements_;  ///< by object; filled on first use
-    std::map<std::string, world::UniformBindings> sets_;
+    Settings sets_;
     // Only for lookup, never iterated: the order of pointers must not affect results.
     std::map<std::tuple<int32_t, const openfab_fablet*, std::array<double, 9>>,
              std::shared_ptr<const PartMesh>>
@@ -367,7 +303,7 @@ world::Rgba8 generated_color(size_t index) {
 Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::string>& sets,
                           const SourceLocation& location, world::World* world) {
     for (const std::string& text : sets) {
-        const Result<SetValue> set = parse_set(text);
+        const Result<Setting> set = parse_setting(text);
         if (!set) return set.error();
         const auto* names = std::get_if<std::vector<std::string>>(&set->binding.value);
         const bool texture = std::any_of(
@@ -381,7 +317,7 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
                                            [&](const world::Texture& t) { return t.name == name; });
             std::error_code ignored;
             if (!known && !std::filesystem::exists(name, ignored)) {
-                return error_at(place_of_set(text), fmt::format(messages::kNoSuchFile, name));
+                return error_at(place_of_setting(text), fmt::format(messages::kNoSuchFile, name));
             }
             if (known) continue;
             world::Texture added;
@@ -405,12 +341,6 @@ Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_l
 Result<Part> bind_geometry(const world::World& world, const world::Placement& placement,
                            const openfab_fablet_list& fablets, const BindOptions& options) {
     return WorldBinder(world, fablets, options.memory_bytes).run_one(placement, options);
-}
-
-std::string_view setting_of(const Error& error) {
-    const std::string_view place = error.location.file;
-    if (error.location.line > 0 || !place.starts_with(kSetPlace)) return {};
-    return place.substr(kSetPlace.size());
 }
 
 Result<world::World> make_quick_world(const std::filesystem::path& mesh,

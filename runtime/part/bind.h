@@ -7,7 +7,6 @@
 
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "abi/fablet_table.h"
@@ -18,8 +17,7 @@
 namespace openfab::part {
 
 struct BindOptions {
-    /// `OBJECT.UNIFORM=VALUE` each, in order; VALUE is JSON, or the bare name of a texture or
-    /// material. They override the world, for every placement of the object.
+    /// Settings (settings.h), in order.
     std::vector<std::string> sets;
     /// Memory that the world's meshes and those of the parts may take together, all textures
     /// together, filtered, and the making of each; more is an error.
@@ -37,9 +35,6 @@ Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_l
 /// volume asks for are unknown.
 Result<Part> bind_geometry(const world::World& world, const world::Placement& placement,
                            const openfab_fablet_list& fablets, const BindOptions& options = {});
-
-/// Returns the `OBJECT.UNIFORM=VALUE` that an error of bind or make_quick_world is about; empty if it is about no setting.
-std::string_view setting_of(const Error& error);
 
 /// Makes a world of one mesh file (mm) with the one fablet, printer `generic`. Each Material
 /// uniform (array elements apart) is bound to a material of its own name with a generated colour.

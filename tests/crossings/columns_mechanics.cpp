@@ -23,9 +23,9 @@ constexpr const char* kMarked =
     R"(, "cases": {"one": {"held": [{"object": "solid"}], "loads": [{"side": "-y", "force_N": [0, 0, -1]}]}})";
 
 Made mechanics(const Bench& bench, const char* command, std::vector<std::string> more,
-               const std::vector<std::string>& wanted) {
+               const std::vector<std::string>& wanted, const char* voxel = "0.25mm") {
     std::vector<std::string> words{"mechanics", command, bench.world(), "--voxel",
-                                   "0.25mm",    "-q",    "-o",          bench.path("r.json")};
+                                   voxel,       "-q",    "-o",          bench.path("r.json")};
     words.insert(words.end(), more.begin(), more.end());
     Made made;
     made.outcome = bench.openfab(words);
@@ -39,7 +39,8 @@ Made mechanics(const Bench& bench, const char* command, std::vector<std::string>
 
 Made part(const Bench& bench) {
     // Pieces that are apart, and are held by nothing, are left out.
-    return mechanics(bench, "part", {"--loose"}, {"moved_mm", "work_Nmm", "solid_elements"});
+    return mechanics(bench, "part", {"--loose"}, {"moved_mm", "work_Nmm", "solid_elements"},
+                     "0.2mm");
 }
 
 Made stand(const Bench& bench) {
@@ -47,7 +48,7 @@ Made stand(const Bench& bench) {
 }
 
 Made conduct(const Bench& bench) {
-    return mechanics(bench, "conduct", {"--loose"}, {"most", "least"});
+    return mechanics(bench, "conduct", {}, {"most", "least"});
 }
 
 Made cell(const Bench& bench) {

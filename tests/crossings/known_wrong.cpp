@@ -14,6 +14,8 @@ constexpr Known kDocumented[] = {
      "boxes that place things are those before displacement (world/WORLDS.md)"},
     {{"support", "displaced", "*"},
      "support may lie on top, up to the greatest displacement (world/WORLDS.md)"},
+    {{"estimate|statistics", "grown*|program*", "*"},
+     "passes and their waste are those of all of its `box_mm`, which is printed (docs/process.md)"},
     {{"field", "beams", "*"},
      "sections of beams stay round where a field stretches them one way (docs/process.md)"},
 };

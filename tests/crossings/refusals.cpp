@@ -3,6 +3,7 @@
 
 // What the table's cells are refused by, and the remedy that is given.
 
+#include "mechanics/messages.h"
 #include "program/messages.h"
 #include "runtime/part/messages.h"
 #include "runtime/solid/messages.h"
@@ -27,6 +28,15 @@ constexpr Refusal kRefusals[] = {
     {{"stretch|machine stretch|matrix", "beams", "*"}, kUnevenStretch, kBeamsUnevenScaleHelp},
     {{"stretch|machine stretch|matrix", "grown*|program*", "*"}, kUnevenStretch, kGrownScaledHelp},
     {{"matrix", "shape|undeclared|of *", "*"}, kShapeScaled, kShapeScaledHelp},
+    {{"conduct", "*", "pieces"},
+     mechanics::messages::kFlowNotJoined,
+     mechanics::messages::kFlowNotJoinedHelp},
+    {{"conduct", "primitive", "several that touch"},
+     mechanics::messages::kFlowNotJoined,
+     mechanics::messages::kFlowNotJoinedHelp},
+    {{"cell", "displaced", "*"},
+     mechanics::messages::kCellMoves,
+     mechanics::messages::kCellMovesHelp},
     {{"field", "shape|undeclared|of *|grown*|program*", "*"},
      kFieldCannotMove,
      kFieldCannotMoveHelp},

@@ -29,12 +29,18 @@ void add_memory_option(CLI::App* command, std::string* text) {
         ->type_name("SIZE");
 }
 
+void add_set_option(CLI::App* command, std::vector<std::string>* settings) {
+    command
+        ->add_option("--set", *settings,
+                     "of a world, as for its print: OBJECT.UNIFORM=VALUE (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("SETTING");
+}
+
 /// Declares what says how a world is read, as for its print.
 void add_world_options(CLI::App* command, std::vector<std::string>* allow,
                        std::vector<std::string>* settings) {
-    command->add_option("--set", *settings, "as for the print: OBJECT.UNIFORM=VALUE (repeatable)")
-        ->allow_extra_args(false)
-        ->type_name("SETTING");
+    add_set_option(command, settings);
     command
         ->add_option("--allow", *allow,
                      "a folder that the world may read besides its own (repeatable)")
@@ -188,6 +194,7 @@ void add_export(CLI::App& app, Action* action) {
     command->add_flag("--allow-programs", options->programs,
                       "of a world that becomes images: run the programs that it names; never use "
                       "it for a stranger's world");
+    add_set_option(command, &options->settings);
     add_copy_options(command, options.get(), {"vdb"});
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }
@@ -386,9 +393,7 @@ void add_view(CLI::App& app, Action* action) {
     command->add_option("--draft", view.draft, "of a world: multiply the pitch by N (default: 4)")
         ->type_name("N")
         ->check(CLI::Range(1, 1000));
-    command->add_option("--set", view.settings, "of a world: OBJECT.UNIFORM=VALUE (repeatable)")
-        ->allow_extra_args(false)
-        ->type_name("SETTING");
+    add_set_option(command, &view.settings);
     command
         ->add_option("--allow", view.allow,
                      "a folder that a world may read besides its own (repeatable)")

@@ -30,9 +30,10 @@ struct ExportOptions {
     std::vector<std::string> previews;
     std::string png = "rgba";
     int32_t slice = -1;
-    std::string voxel;       ///< of stacks of images of a world
-    bool composite = false;  ///< a world's mixtures as the volumetric extension has them
-    bool programs = false;   ///< a world's programs may run
+    std::string voxel;                  ///< of stacks of images of a world
+    bool composite = false;             ///< a world's mixtures as the volumetric extension has them
+    bool programs = false;              ///< a world's programs may run
+    std::vector<std::string> settings;  ///< of a world, as of `openfab print`
 };
 
 struct MergeOptions {

@@ -113,7 +113,7 @@ Result<void> export_world(const ExportOptions& options, int64_t memory_bytes) {
     if (!options.print.format.empty() && options.print.format != "3mf")
         return usage_error(fmt::format(messages::kWorldAs3mf, options.print.format));
     return export_functions({options.file, options.print.output, options.voxel, options.composite,
-                             options.programs, memory_bytes});
+                             options.programs, options.settings, memory_bytes});
 }
 
 }  // namespace
@@ -122,7 +122,8 @@ Result<void> run_export(ExportOptions options) {
     const Result<int64_t> memory = prepare_copy(&options);
     if (!memory) return memory.error();
     if (options.file.ends_with(".json")) return export_world(options, *memory);
-    if (options.composite || options.programs || !options.voxel.empty())
+    if (options.composite || options.programs || !options.voxel.empty() ||
+        !options.settings.empty())
         return usage_error(messages::kOptionsOfWorlds);
     if (writes_vdb(options)) return export_vdb(options, *memory);
     if (options.file.ends_with(".npy")) {

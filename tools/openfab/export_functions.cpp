@@ -19,6 +19,7 @@
 #include "base/say.h"
 #include "base/text.h"
 #include "program/output_check.h"
+#include "runtime/part/settings.h"
 #include "tools/fields/fablet_ir.h"
 #include "tools/fields/field_model.h"
 #include "tools/fields/function_nodes.h"
@@ -363,8 +364,8 @@ class FunctionsExport {
         const std::string voxel = arguments_.voxel.empty()
                                       ? fmt::format("{:.4g}mm", longest_side_mm() / kStackVoxels)
                                       : arguments_.voxel;
-        const Result<FractionStack> stack =
-            print_fractions(arguments_.world, voxel, arguments_.programs, folder_);
+        const Result<FractionStack> stack = print_fractions(
+            {arguments_.world, voxel, arguments_.programs, arguments_.settings}, folder_);
         if (!stack) return stack.error();
         note(fmt::format(messages::kWrittenAsStacks, why, stack->size[0], stack->size[1],
                          stack->size[2], stack->pitch_mm.x, stack->pitch_mm.y, stack->pitch_mm.z));
@@ -441,6 +442,7 @@ Result<void> export_functions(const FunctionsArguments& arguments) {
             {{"-o", arguments.output}, {"-o", arguments.output + ".part"}}, world->files);
         !apart)
         return apart;
+    if (Result<void> set = part::apply_settings(arguments.settings, &*world); !set) return set;
     for (const std::string& text : world->warnings)
         warn(text);
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();

@@ -6,6 +6,7 @@
 // and volumetric extensions), or as stacks of images where its fablets say more than such functions can.
 
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 
@@ -15,8 +16,9 @@ struct FunctionsArguments {
     std::string world, output;
     std::string
         voxel;  ///< of stacks of images, as for `openfab print`; empty: 256 along the longest side
-    bool composite = false;  ///< mixtures as the volumetric extension has them
-    bool programs = false;   ///< that the world names may run
+    bool composite = false;               ///< mixtures as the volumetric extension has them
+    bool programs = false;                ///< that the world names may run
+    std::vector<std::string> settings{};  ///< as of `openfab print`
     int64_t memory_bytes = 0;
 };
 

@@ -55,28 +55,30 @@ Result<void> each_slice(const FractionStack& stack, const Visit& visit) {
 
 }  // namespace
 
-Result<FractionStack> print_fractions(const std::string& world, const std::string& voxel,
-                                      bool programs, const std::filesystem::path& folder) {
+Result<FractionStack> print_fractions(const FractionPrint& print,
+                                      const std::filesystem::path& folder) {
     const Result<std::filesystem::path> ours = program_folder();
     if (!ours) return ours.error();
     FractionStack stack;
     stack.file = folder / "fractions.npy";
     std::vector<std::string> argv{(*ours / "openfab").string(),
                                   "print",
-                                  as_argument(world),
+                                  as_argument(print.world),
                                   "-o",
                                   (folder / "codes.npy").string(),
                                   "--fractions",
                                   stack.file.string(),
                                   "--voxel",
-                                  voxel,
+                                  print.voxel,
                                   "--support",
                                   "off",
                                   "--sampling",
                                   "centre",
                                   "--progress",
                                   "none"};
-    if (programs) argv.emplace_back("--allow-programs");
+    if (print.programs) argv.emplace_back("--allow-programs");
+    for (const std::string& one : print.settings)
+        argv.push_back("--set=" + one);
     const std::filesystem::path err = folder / "print.err";
     auto child = viewer::Child::start(argv, folder / "print.out", err);
     if (!child) return child.error();

@@ -26,9 +26,16 @@ struct FractionStack {
     int64_t data_at = 0;                 ///< where its values begin
 };
 
-/// Prints a world into the folder. `voxel`: as for `openfab print`; `programs`: those that it names may run.
-Result<FractionStack> print_fractions(const std::string& world, const std::string& voxel,
-                                      bool programs, const std::filesystem::path& folder);
+/// What is printed, and how, as for `openfab print`.
+struct FractionPrint {
+    std::string world, voxel;
+    bool programs = false;  ///< those that the world names may run
+    std::vector<std::string> settings;
+};
+
+/// Prints a world into the folder.
+Result<FractionStack> print_fractions(const FractionPrint& print,
+                                      const std::filesystem::path& folder);
 
 /// Takes a picture of a slice: its number, the material, or -1 of all of them, and a PNG file.
 using TakeSheet =
