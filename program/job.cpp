@@ -230,7 +230,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     }
     if (Result<void> fine = check_materials(*world, job.printer); !fine) return fine.error();
     Result<std::vector<part::Part>> parts =
-        part::bind(*world, fablets, {options.settings, options.memory_bytes});
+        part::bind(*world, fablets, {options.settings, options.memory_bytes, &job.input.warnings});
     if (!parts) return parts.error();
     job.input.parts = std::move(*parts);
     note_bounds_without_effect(job.input.parts, &job.notes);

@@ -10,6 +10,7 @@
 #include "base/json_text.h"
 #include "base/say.h"
 #include "base/text.h"
+#include "program/job.h"
 #include "program/prepare.h"
 
 namespace openfab::program {
@@ -49,6 +50,10 @@ Result<void> run_probe(const Options& options, const openfab_fablet_list& fablet
     PrintHooks hooks{.interrupt = interrupt};
     hooks.fractions = &voxel;
     hooks.print_line = [](const std::string& line) { say(printable(line) + "\n"); };
+    hooks.loaded = [](const Job& job) {
+        for (const std::string& warning : job.input.warnings)
+            warn(warning);
+    };
     hooks.window_mm = Box3d{*options.probe_mm, *options.probe_mm};
     Result<PreparedPrint> ready = prepare_print(options, fablets, hooks);
     if (!ready) return ready.error();

@@ -79,12 +79,15 @@ Result<FieldFile> read_description(const std::filesystem::path& file) {
     return out;
 }
 
-Result<Field> read_field(const FieldFile& file, const Options& options) {
+Result<Field> read_field(const FieldFile& file, const Options& options,
+                         std::vector<std::string>* warnings) {
     constexpr int32_t kClamp = 0;
     const auto pyramid = texture::get_volume(file.volume, file.options, kClamp,
                                              texture::kFilterTrilinear, {options.memory_bytes, {}});
     if (!pyramid) return with_context(pyramid.error(), messages::kOfDisplacementField);
     const texture::Pyramid& volume = **pyramid;
+    for (const std::string& told : volume.notes())
+        warnings->push_back(messages::kOfDisplacementField + told);
     const std::string name = printable(file.volume.string());
     if (volume.channels() != 3) {
         return user_error(fmt::format(messages::kFieldNumbers, name, volume.channels()),
@@ -309,7 +312,7 @@ Result<void> displace_build(const world::Process& process, const Options& option
     if (process.field.empty()) return {};
     const Result<FieldFile> file = read_description(process.field);
     if (!file) return file.error();
-    const Result<Field> field = read_field(*file, options);
+    const Result<Field> field = read_field(*file, options, &world->warnings);
     if (!field) return field.error();
     if (const Result<void> done = Displacer(*field, file->inverse, world).run(); !done) return done;
     Hasher hash;

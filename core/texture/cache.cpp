@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -116,15 +117,34 @@ std::string trimmed(std::string text) {
     return text;
 }
 
-/// Says the notes that a helper's messages begin with, and returns the rest.
-std::string say_notes(std::string messages) {
+/// Takes out the notes that a helper's messages begin with.
+std::vector<std::string> take_notes(std::string* messages) {
     constexpr std::string_view kPrefix = "note: ";
-    while (messages.starts_with(kPrefix)) {
-        const size_t end = std::min(messages.find('\n'), messages.size());
-        note(messages.substr(kPrefix.size(), end - kPrefix.size()));
-        messages.erase(0, end + 1);
+    std::vector<std::string> notes;
+    while (messages->starts_with(kPrefix)) {
+        const size_t end = std::min(messages->find('\n'), messages->size());
+        notes.push_back(messages->substr(kPrefix.size(), end - kPrefix.size()));
+        messages->erase(0, end + 1);
     }
-    return messages;
+    return notes;
+}
+
+void say_notes(const std::vector<std::string>& notes) {
+    for (const std::string& one : notes)
+        note(one);
+}
+
+/// Keeps them with a pyramid, so that they are told whenever it is used.
+void keep_notes(const std::vector<std::string>& notes, const fs::path& pyramid) {
+    const fs::path file = notes_file(pyramid);
+    std::error_code ignored;
+    if (notes.empty()) {
+        fs::remove(file, ignored);
+        return;
+    }
+    std::ofstream out(file, std::ios::binary | std::ios::trunc);
+    for (const std::string& one : notes)
+        out << one << '\n';
 }
 
 /// Parses the helper's error, `message; help`.
@@ -155,10 +175,11 @@ std::vector<std::string> converter() {
     return {helper.string(), "texture"};
 }
 
-/// Only checks the picture where `out` is empty.
-Result<void> make_with_helper(const fs::path& image, const ImageOptions& options,
-                              const fs::path& out, const ReadLimits& limits,
-                              const std::vector<std::string>& more) {
+/// Only checks the picture where `out` is empty. Returns what the helper told of a file that it has read.
+Result<std::vector<std::string>> make_with_helper(const fs::path& image,
+                                                  const ImageOptions& options, const fs::path& out,
+                                                  const ReadLimits& limits,
+                                                  const std::vector<std::string>& more) {
     std::vector<std::string> arguments = converter();
     if (arguments.empty()) {
         return outside_error(fmt::format(messages::kNoConverter, image.string()));
@@ -179,8 +200,10 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
     arguments.insert(arguments.end(), more.begin(), more.end());
     Result<HelperResult> result = run_helper(arguments);
     if (!result) return result.error();
-    const std::string messages = trimmed(say_notes(std::move(result->messages)));
-    if (WIFEXITED(result->status) && WEXITSTATUS(result->status) == 0) return Ok{};
+    std::vector<std::string> notes = take_notes(&result->messages);
+    const std::string messages = trimmed(std::move(result->messages));
+    if (WIFEXITED(result->status) && WEXITSTATUS(result->status) == 0) return notes;
+    say_notes(notes);
     if (WIFEXITED(result->status) && !messages.empty()) {
         return helper_error(WEXITSTATUS(result->status), messages);
     }
@@ -238,8 +261,10 @@ Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path
         own = std::move(*made);
         file = own->path() / cache_name(key);
     }
-    if (Result<void> made = make_with_helper(image, options, file, limits, more); !made)
-        return made.error();
+    const Result<std::vector<std::string>> notes =
+        make_with_helper(image, options, file, limits, more);
+    if (!notes) return notes.error();
+    keep_notes(*notes, file);
     return Pyramid::open(file, wrap, filter);
 }
 
@@ -313,7 +338,10 @@ fs::path find_helper() {
 
 Result<void> check_picture(const fs::path& image, const ImageOptions& options,
                            const ReadLimits& limits) {
-    return make_with_helper(image, options, {}, limits, {});
+    const Result<std::vector<std::string>> notes = make_with_helper(image, options, {}, limits, {});
+    if (!notes) return notes.error();
+    say_notes(*notes);
+    return {};
 }
 
 Result<std::shared_ptr<const Pyramid>> get_pyramid(const fs::path& image,

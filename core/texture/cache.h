@@ -57,13 +57,13 @@ void set_converter(std::filesystem::path program);
 std::filesystem::path find_helper();
 
 /// Says whether a picture can be read, by decoding it: for who writes a world, such as `openfab import`,
-/// before a print. Starts the helper with `--check`; keeps nothing. Errors are those of get_pyramid.
+/// before a print. Starts the helper with `--check`, says its notes; keeps nothing. Errors are those of get_pyramid.
 Result<void> check_picture(const std::filesystem::path& image, const ImageOptions& options = {},
                            const ReadLimits& limits = {});
 
 /// Returns the image's pyramid, from the cache or converted now. Damaged cache files are
 /// regenerated. Errors: image missing or not readable as an image (with OpenImageIO's reason), too
-/// large for the limits, no helper, disk full.
+/// large for the limits, no helper, disk full. The caller says its notes (Pyramid::notes).
 Result<std::shared_ptr<const Pyramid>> get_pyramid(const std::filesystem::path& image,
                                                    const ImageOptions& options, WrapModes wrap,
                                                    int32_t filter, const ReadLimits& limits = {});

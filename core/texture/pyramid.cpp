@@ -15,6 +15,28 @@
 
 namespace openfab::texture {
 
+namespace {
+
+std::vector<std::string> read_notes(const std::filesystem::path& pyramid) {
+    constexpr int64_t kMost = 1 << 16;
+    const Result<InputFile> file = InputFile::open(notes_file(pyramid));
+    if (!file) return {};
+    const Result<std::string> text = file->read_all(kMost);
+    std::vector<std::string> notes;
+    for (size_t at = 0; text && at < text->size();) {
+        const size_t end = std::min(text->find('\n', at), text->size());
+        notes.push_back(text->substr(at, end - at));
+        at = end + 1;
+    }
+    return notes;
+}
+
+}  // namespace
+
+std::filesystem::path notes_file(const std::filesystem::path& pyramid) {
+    return std::filesystem::path(pyramid).replace_extension(".notes");
+}
+
 Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path& file,
                                                      WrapModes wrap, int32_t filter) {
     const Result<InputFile> opened = InputFile::open(file);
@@ -38,6 +60,7 @@ Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path
     // Read instead of mapped, since mapped pages would count as memory of the print.
     if (Result<void> whole = check_pyramid_file(*opened); !whole)
         return with_context(whole.error(), file.string() + " ");
+    pyramid->notes_ = read_notes(file);
     pyramid->info_ = pyramid_info(view->layout, wrap, filter);
     pyramid->texels_ = {view->texels, static_cast<size_t>(view->layout.texel_floats)};
     pyramid->minmax_ = {view->minmax, static_cast<size_t>(view->layout.minmax_floats)};

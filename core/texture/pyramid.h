@@ -30,6 +30,7 @@
 #include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -50,6 +51,9 @@ constexpr int32_t kWrapBlack = 3;
 constexpr int32_t kFilterTrilinear = 0;
 constexpr int32_t kFilterNearest = 2;
 constexpr int32_t kFilterFinest = 3;  ///< trilinear, for look-up tables
+
+/// Returns where the notes of a pyramid's converter lie: beside it, a line each, if there are any.
+std::filesystem::path notes_file(const std::filesystem::path& pyramid);
 
 class Pyramid {
   public:
@@ -77,6 +81,8 @@ class Pyramid {
     int32_t channels() const { return info_[0]; }
     int32_t levels() const { return info_[1]; }
     bool is_volume() const { return info_[4] != 0; }
+    /// What the converter told of the file that this was made of (notes_file).
+    const std::vector<std::string>& notes() const { return notes_; }
 
   private:
     Pyramid() = default;
@@ -85,6 +91,7 @@ class Pyramid {
                                                int32_t filter);
 
     std::vector<int32_t> info_;
+    std::vector<std::string> notes_;
     std::vector<float> owned_;
     void* mapping_ = nullptr;
     size_t mapping_bytes_ = 0;

@@ -92,16 +92,6 @@ bool comes_before(const fs::path& left, const fs::path& right) {
     return a < b;
 }
 
-/// Whether a file is marked as DICOM (PS3.10, 7.1).
-bool is_dicom(const fs::path& path) {
-    constexpr int64_t kMark = 128;
-    std::array<char, 4> mark{};
-    const Result<InputFile> file = InputFile::open(path);
-    if (!file) return false;
-    const Result<size_t> got = file->read(kMark, mark.data(), mark.size());
-    return got && std::string_view(mark.data(), *got) == "DICM";
-}
-
 /// Lists all files in a folder and in those below it, without following links.
 Result<std::vector<fs::path>> files_below(const fs::path& folder) {
     std::vector<fs::path> out;
@@ -149,6 +139,15 @@ std::vector<std::string> arguments(const VolumeOptions& options) {
 }
 
 }  // namespace
+
+bool is_dicom(const fs::path& path) {
+    constexpr int64_t kMark = 128;
+    std::array<char, 4> mark{};
+    const Result<InputFile> file = InputFile::open(path);
+    if (!file) return false;
+    const Result<size_t> got = file->read(kMark, mark.data(), mark.size());
+    return got && std::string_view(mark.data(), *got) == "DICM";
+}
 
 bool is_medium_list(const fs::path& file) {
     return lower_ascii(file.filename().string()) == "dicomdir";

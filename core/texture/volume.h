@@ -37,6 +37,9 @@ struct VolumeOptions {
 /// Whether a file is the list of a medium that a hospital hands out, by its name, `DICOMDIR`.
 bool is_medium_list(const std::filesystem::path& file);
 
+/// Whether a file is marked as DICOM (PS3.10, 7.1).
+bool is_dicom(const std::filesystem::path& file);
+
 /// Lists the files that make up a volume: the named one, every file of a folder, or every file
 /// whose name matches a pattern: `*` matches anything, `#` a digit, `%d` and `%04d` a number. Of a medium
 /// with a list, and of a folder that holds only folders in which there is DICOM, it is all files below.

@@ -97,6 +97,10 @@ class WorldBinder {
             }
             parts.push_back(std::move(*part));
         }
+        if (options.warnings != nullptr) {
+            options.warnings->insert(options.warnings->end(), textures_.notes().begin(),
+                                     textures_.notes().end());
+        }
         return parts;
     }
 

@@ -22,6 +22,8 @@ struct BindOptions {
     /// Memory that the world's meshes and those of the parts may take together, all textures
     /// together, filtered, and the making of each; more is an error.
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
+    /// Receives what converters told of the textures.
+    std::vector<std::string>* warnings = nullptr;
 };
 
 /// Makes the parts in build order; slot_material holds 1 + the index in world.materials, or 0 for

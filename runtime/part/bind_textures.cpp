@@ -60,6 +60,8 @@ Result<std::shared_ptr<const texture::Pyramid>> TextureBinder::open_one(int32_t 
         return error;
     }
     if (Result<void> fits = take(texture, mapped_bytes(**pyramid)); !fits) return fits.error();
+    for (const std::string& told : (*pyramid)->notes())
+        notes_.push_back(fmt::format(messages::kTextureBefore, texture.name) + told);
     known = *pyramid;
     return known;
 }

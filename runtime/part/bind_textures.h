@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,8 @@ class TextureBinder {
     TextureBinder(const world::World& world, int64_t memory_bytes)
         : world_(world), memory_bytes_(memory_bytes) {}
 
+    /// What is told of the opened textures, a line each.
+    const std::vector<std::string>& notes() const { return notes_; }
     /// Returns the textures that uniforms name, each opened once.
     Result<std::vector<std::shared_ptr<const texture::Pyramid>>> open(
         const BoundUniforms& uniforms);
@@ -42,6 +45,7 @@ class TextureBinder {
     const world::Texture* largest_ = nullptr;
     int64_t largest_bytes_ = 0;
     std::map<std::pair<int32_t, bool>, std::shared_ptr<const texture::Pyramid>> opened_;
+    std::vector<std::string> notes_;
 };
 
 }  // namespace openfab::part

@@ -112,8 +112,9 @@ void add_import(CLI::App& app, Action* action) {
 }
 
 void add_info(CLI::App& app, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("info", "describe an .ofr file, a folder of slices, a world or a mesh");
+    CLI::App* command = app.add_subcommand(
+        "info",
+        "describe an .ofr file, a folder of slices, a world, a mesh, a picture or a volume");
     auto file = std::make_shared<std::string>();
     command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or a mesh")
         ->required();

@@ -62,7 +62,7 @@ std::vector<std::string> template_list();
 Result<void> run_import(ImportArguments arguments);
 /// Makes a world of a mesh; returns its file.
 Result<std::filesystem::path> import_mesh(ImportArguments arguments);
-/// `info` of an .ofr file, a folder of slices, a world or a mesh; `memory`: see memory_of. `json`: of a
+/// `info` of an .ofr file, a folder of slices, a world, a mesh, a picture or a volume; `memory`: see memory_of. `json`: of a
 /// mesh.
 Result<void> info(const std::string& file, const std::vector<std::string>& allow,
                   const std::string& memory, bool json);

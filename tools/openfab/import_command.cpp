@@ -103,7 +103,7 @@ Result<Pictures> read_pictures_of(const fs::path& mesh, const mesh::LoadedBodies
         [&](size_t i, Result<std::string> bytes) {
             // What the print would refuse is told here. TGA files are known by their names alone.
             const fs::path copy =
-                (*scratch)->path() / plain_name(fs::path(sources[i]).extension().string());
+                (*scratch)->path() / plain_name(fs::path(sources[i]).filename().string());
             Result<void> readable = bytes ? write_file(copy, *bytes) : bytes.error();
             if (readable && sheets.contains(sources[i])) {
                 // Of hundreds of sheets each check would be a process; the print reads them soon.

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab info FILE`: describes a print, a folder of slices, a world or a mesh.
+// `openfab info FILE`: describes a print, a folder of slices, a world, a mesh, a picture or a volume.
 
 #include <fmt/format.h>
 #include <rapidjson/document.h>
@@ -20,6 +20,7 @@
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/list_mesh.h"
+#include "tools/openfab/list_textures.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/verify_files.h"
 #include "world/world.h"
@@ -244,9 +245,7 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
         show(fmt::format("material   {} #{:02x}{:02x}{:02x}\n", printable(material.name),
                          material.key[0], material.key[1], material.key[2]));
     }
-    for (const world::Texture& texture : world->textures)
-        show(fmt::format("texture    {}: {}\n", printable(texture.name),
-                         printable(texture.file.string())));
+    list_textures(*world, memory_bytes);
     for (size_t i = 0; i < world->meshes.size(); ++i) {
         const mesh::Mesh& mesh = world->meshes[i];
         const auto beams = world->beams.find(static_cast<int32_t>(i));
@@ -298,9 +297,14 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
     if (!bytes) return bytes.error();
     if (json && !mesh::is_mesh_file(file)) return usage_error(messages::kJsonIsForMeshes);
     std::error_code status;
-    if (fs::is_directory(file, status)) return info_of_folder(file);
+    if (fs::is_directory(file, status)) {
+        const bool of_slices = fs::exists(fs::path(file) / "manifest.json", status);
+        return of_slices || !is_volume_folder(file) ? info_of_folder(file)
+                                                    : list_texture(file, *bytes);
+    }
     if (file.ends_with(".json")) return info_of_world(file, allow, *bytes);
     if (mesh::is_mesh_file(file)) return list_mesh(file, {.json = json, .memory_bytes = *bytes});
+    if (is_texture_file(file)) return list_texture(file, *bytes);
     return info_of_ofr(file, *bytes);
 }
 

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "backends/ofr/ofr_reader.h"
+#include "base/say.h"
 #include "base/text.h"
 #include "texture/pyramid.h"
 #include "texture/volume.h"
@@ -176,6 +177,8 @@ Result<AtPoint> stress_of(const std::string& volume, const Affine3d& to_build, i
         texture::get_volume(file, options, kClamp, texture::kFilterTrilinear, {memory, {}});
     if (!pyramid) return with_context(pyramid.error(), "--stress: ");
     const std::shared_ptr<const texture::Pyramid> held = *pyramid;
+    for (const std::string& told : held->notes())
+        note("--stress: " + told);
     if (held->channels() != 1) {
         return user_error(
             fmt::format(messages::kStressNumbers, printable(volume), held->channels()),

@@ -237,10 +237,12 @@ bool is_nan(std::string_view word, double* out) {
 class TextNumbers final : public ArrayNumbers {
   public:
     explicit TextNumbers(std::string_view text) : text_(text) {}
+    bool are_integers() const override { return integers_; }
     Result<void> next(double* out, size_t count) override {
         for (size_t i = 0; i < count; ++i) {
             const std::string_view word = take_word(&text_);
             if (word.empty()) return user_error(messages::kArrayCutShort);
+            integers_ = integers_ && word.find_first_not_of("+-0123456789") == word.npos;
             if (read_decimal(word, out) == Decimal::kFine || is_nan(word, out)) {
                 ++out;
             } else {
@@ -252,6 +254,7 @@ class TextNumbers final : public ArrayNumbers {
 
   private:
     std::string_view text_;
+    bool integers_ = true;  ///< so far
 };
 
 }  // namespace

@@ -113,7 +113,9 @@ class VtkFile::Reading final : public XmlHandler {
         constexpr std::array<std::string_view, 4> kKinds{"ImageData", "RectilinearGrid",
                                                          "StructuredGrid", "UnstructuredGrid"};
         if (std::find(kKinds.begin(), kKinds.end(), type) == kKinds.end()) {
-            return {fmt::format(messages::kVtkKindNotRead, type), messages::kVtkKindNotReadHelp};
+            return {fmt::format(messages::kVtkKindNotRead, type),
+                    type == std::string_view("PolyData") ? messages::kVtkSurfaceHelp
+                                                         : messages::kVtkKindNotReadHelp};
         }
         file_.kind_ = type;
         if (const char* order = a.find("byte_order"))
@@ -188,7 +190,8 @@ Result<std::unique_ptr<VtkFile>> VtkFile::open(const fs::path& path,
                                                const texture::ReadLimits& limits) {
     Result<InputFile> opened = InputFile::open(path);
     if (!opened) return opened.error();
-    std::unique_ptr<VtkFile> out(new VtkFile(std::move(*opened), limits.memory_bytes));
+    std::unique_ptr<VtkFile> out(
+        new VtkFile(std::move(*opened), path.filename().string(), limits.memory_bytes));
     std::string begin(kLegacyVtk.size(), '\0');
     const Result<size_t> got = out->file_.read(0, begin.data(), begin.size());
     if (!got) return got.error();
@@ -232,8 +235,7 @@ Result<const VtkFile::Array*> VtkFile::field(const std::string& name) const {
             if (array.where != where) continue;
             const bool is_ghost = array.name == "vtkGhostType" || array.name == "vtkGhostLevels";
             if (is_ghost && array.name != name) {
-                tell(fmt::format(messages::kGhostsLeftOut,
-                                 fs::path(file_.name()).filename().string(), array.name));
+                tell(fmt::format(messages::kGhostsLeftOut, name_, array.name));
             } else {
                 fields.push_back(&array);
             }

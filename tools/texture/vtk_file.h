@@ -69,13 +69,14 @@ class VtkFile : public VtkImage {
   private:
     class Reading;
     class Legacy;
-    VtkFile(InputFile file, int64_t memory_bytes)
-        : file_(std::move(file)), memory_bytes_(memory_bytes) {}
+    VtkFile(InputFile file, std::string name, int64_t memory_bytes)
+        : file_(std::move(file)), name_(std::move(name)), memory_bytes_(memory_bytes) {}
     Result<void> read_xml(const texture::ReadLimits& limits);
     Result<void> read_legacy();
     Result<std::unique_ptr<ArrayNumbers>> legacy_numbers(const Array& array, int64_t count) const;
 
     InputFile file_;
+    std::string name_;  ///< for people
     int64_t memory_bytes_;
     std::string kind_;
     bool swapped_ = false, packed_ = false, appended_base64_ = false;

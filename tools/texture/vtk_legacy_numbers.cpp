@@ -28,6 +28,7 @@ class KeptText final : public ArrayNumbers {
         return {};
     }
     Result<void> next(double* out, size_t count) override { return numbers_->next(out, count); }
+    bool are_integers() const override { return numbers_->are_integers(); }
 
   private:
     std::string text_;

@@ -140,7 +140,10 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
     EXPECT_EQ(
         trouble(folder_.write("p.vtu", "<VTKFile type=\"PolyData\"></VTKFile>")),
         fmt::format(messages::kAtLine, 1, fmt::format(messages::kVtkKindNotRead, "PolyData")) +
-            "; " + messages::kVtkKindNotReadHelp);
+            "; " + messages::kVtkSurfaceHelp);
+    EXPECT_EQ(trouble(folder_.write("t.vtu", "<VTKFile type=\"Table\"></VTKFile>")),
+              fmt::format(messages::kAtLine, 1, fmt::format(messages::kVtkKindNotRead, "Table")) +
+                  "; " + messages::kVtkKindNotReadHelp);
     // The name of a packer stands in files of text, too.
     for (const Form form : {Form::kPacked, Form::kText}) {
         VtkWriter writer(form);
