@@ -147,10 +147,10 @@ void drop_empty(std::vector<DicomSlice>* slices, const Vec3d& normal) {
     *slices = std::move(out);
 }
 
-/// A grid that moves no texel by more than this part of one when it is put along the axes is along them:
-/// the decimals of direction cosines leave less open, or more.
+/// A grid that moves no texel by more than a part of one when it is put along the axes is along them, and so is
+/// one of any size but for the sixth decimal of its direction cosines, to which scanners write them.
 void straighten(const std::array<double, 3>& size, GridFrame* frame) {
-    constexpr double kPartOfTexel = 1e-4;
+    constexpr double kPartOfTexel = 1e-4, kDecimal = 1e-6;
     double least = 0;
     for (const Vec3d& step : frame->steps)
         least = least == 0 ? length(step) : std::min(least, length(step));
@@ -160,7 +160,8 @@ void straighten(const std::array<double, 3>& size, GridFrame* frame) {
         for (int a = 1; a < 3; ++a)
             axis = std::abs(step[a]) > std::abs(step[axis]) ? a : axis;
         const double aside = std::hypot(step[(axis + 1) % 3], step[(axis + 2) % 3]);
-        if (!(aside * size[i] <= kPartOfTexel * least)) continue;
+        const bool rounded = aside <= (1 + 1e-9) * kDecimal * length(step);
+        if (!rounded && !(aside * size[i] <= kPartOfTexel * least)) continue;
         Vec3d straight{};
         straight[axis] = step[axis];
         step = straight;

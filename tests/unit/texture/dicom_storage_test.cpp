@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <cmath>
+#include <numeric>
 #include <random>
 
 #include "tests/fuzz/mutations/mutate.h"
@@ -194,6 +196,27 @@ TEST_F(DicomStorage, ColumnsThatAreNearlyStraightAre) {
     slice.down = {-1e-4, 1, 0};
     write("frames", slice.bytes());
     EXPECT_THAT(trouble(), testing::Says(messages::kObliqueSlices));
+    // Of a wide slice the sixth decimal is rounding, more is not.
+    constexpr int kWide = 600;
+    Slice wide;
+    wide.width = kWide;
+    wide.height = 1;
+    for (uint32_t i = 0; i < kWide; ++i)
+        wide.pixels.push_back(1000 + i);
+    for (const double aside : {1e-6, -1e-6, 2e-6}) {
+        wide.across = {1, aside, 0};
+        wide.down = {-aside, 1, 0};
+        write("frames", wide.bytes());
+        if (std::abs(aside) > 1.5e-6) {
+            EXPECT_THAT(trouble(), testing::Says(messages::kObliqueSlices));
+            continue;
+        }
+        const auto made = converted();
+        ASSERT_NE(made, nullptr);
+        std::vector<float> wanted(kWide);
+        std::iota(wanted.begin(), wanted.end(), 0.0F);
+        EXPECT_EQ(level0(*made), wanted);
+    }
 }
 
 TEST_F(DicomStorage, AMediumIsReadByItsListOrItsFolders) {
