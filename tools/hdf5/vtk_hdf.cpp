@@ -142,7 +142,9 @@ MadeReader open_vtk_hdf(const std::filesystem::path& path, const texture::Volume
     const Hdf5Handle root(H5Gopen2(file, kRoot, access), H5Gclose);
     if (!root.ok()) return user_error(messages::kIsHdf5, messages::kIsHdf5Help);
     if (const std::string type = read_text(root, "Type"); type != "ImageData")
-        return user_error(fmt::format(messages::kVtkHdfKind, type), messages::kVtkHdfKindHelp);
+        return user_error(
+            fmt::format(messages::kVtkHdfKind, type),
+            type == "PolyData" ? messages::kVtkHdfSurfaceHelp : messages::kVtkHdfKindHelp);
     VtkImage image;
     // -1 and 0: an extent must be given.
     image.extent = {0, -1, 0, -1, 0, -1};

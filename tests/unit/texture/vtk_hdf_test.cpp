@@ -159,6 +159,11 @@ TEST_F(VtkHdfTest, WhatIsNotAnImageOfOneTimeIsRefusedByName) {
     EXPECT_THAT(wrong(), testing::Says(messages::kVtkHdfKind, ""));
     text(root_, "Type", "UnstructuredGrid");
     EXPECT_THAT(wrong(), testing::Says(messages::kVtkHdfKind, "UnstructuredGrid"));
+    EXPECT_THAT(wrong(), ::testing::HasSubstr(messages::kVtkHdfKindHelp));
+    H5Adelete(root_, "Type");
+    text(root_, "Type", "PolyData");
+    EXPECT_THAT(wrong(), testing::Says(messages::kVtkHdfKind, "PolyData"));
+    EXPECT_THAT(wrong(), ::testing::HasSubstr(messages::kVtkHdfSurfaceHelp));
     H5Adelete(root_, "Type");
     image();
     EXPECT_THAT(wrong(), testing::Says(messages::kNoField));
