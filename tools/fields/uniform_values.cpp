@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "abi/fablet_table.h"
+#include "runtime/part/settings.h"
 
 namespace openfab::tools {
 
@@ -64,6 +65,10 @@ Result<part::BoundUniforms> bind_uniforms(const world::World& world, const Fable
     table.slot_count = fablet.slot_count;
     table.void_slot = fablet.void_slot;
     return part::bind_uniforms(world, table, bindings, object, location);
+}
+
+Result<void> set_uniforms(const std::vector<std::string>& settings, world::World* world) {
+    return part::apply_settings(settings, world);
 }
 
 }  // namespace openfab::tools

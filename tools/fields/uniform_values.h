@@ -4,6 +4,9 @@
 
 // The uniforms of a fablet that is known as text only, bound as a print binds them.
 
+#include <string>
+#include <vector>
+
 #include "base/result.h"
 #include "runtime/part/uniforms.h"
 #include "tools/fields/fablet_ir.h"
@@ -16,5 +19,8 @@ Result<part::BoundUniforms> bind_uniforms(const world::World& world, const Fable
                                           const world::UniformBindings& bindings,
                                           const std::string& object,
                                           const SourceLocation& location);
+
+/// As part::apply_settings: what is exported has the values that a command line sets.
+Result<void> set_uniforms(const std::vector<std::string>& settings, world::World* world);
 
 }  // namespace openfab::tools

@@ -19,7 +19,6 @@
 #include "base/say.h"
 #include "base/text.h"
 #include "program/output_check.h"
-#include "runtime/part/settings.h"
 #include "tools/fields/fablet_ir.h"
 #include "tools/fields/field_model.h"
 #include "tools/fields/function_nodes.h"
@@ -442,7 +441,7 @@ Result<void> export_functions(const FunctionsArguments& arguments) {
             {{"-o", arguments.output}, {"-o", arguments.output + ".part"}}, world->files);
         !apart)
         return apart;
-    if (Result<void> set = part::apply_settings(arguments.settings, &*world); !set) return set;
+    if (Result<void> set = set_uniforms(arguments.settings, &*world); !set) return set;
     for (const std::string& text : world->warnings)
         warn(text);
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();

@@ -33,8 +33,9 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 8> kPictures{".png", ".jpg", ".jpeg", ".exr",
                                                     ".bmp", ".tga", ".gif",  ".webp"};
 constexpr std::array<std::string_view, 23> kVolumes{
-    ".tif", ".tiff", ".nrrd", ".nhdr", ".nii", ".gz",     ".mha",  ".mhd", ".mrc", ".rec", ".npy", ".cube",
-    ".vti", ".vtr",  ".vts",  ".vtu",  ".vtk", ".vtkhdf", ".xdmf", ".xmf", ".dcm", ".ima", ".vdb"};
+    ".tif", ".tiff",   ".nrrd", ".nhdr", ".nii", ".gz",  ".mha", ".mhd",
+    ".mrc", ".rec",    ".npy",  ".cube", ".vti", ".vtr", ".vts", ".vtu",
+    ".vtk", ".vtkhdf", ".xdmf", ".xmf",  ".dcm", ".ima", ".vdb"};
 
 using Opened = Result<std::shared_ptr<const texture::Pyramid>>;
 
@@ -60,11 +61,10 @@ void show_size(const texture::Pyramid& pyramid) {
     std::array<float, 6> box;  // the lowest corner, and the size
     std::memcpy(box.data(), info.data() + texture::kInfoHeader, sizeof box);
     const int32_t* level = info.data() + texture::kVolumeInfoHeader;
-    show(
-        fmt::format("  volume     {} x {} x {} texels of {}, {:.4g} x {:.4g} x {:.4g} mm, from "
-                    "{:.4g} {:.4g} {:.4g}\n",
-                    level[1], level[2], level[3], numbers, box[3], box[4], box[5], box[0], box[1],
-                    box[2]));
+    show(fmt::format(
+        "  volume     {} x {} x {} texels of {}, {:.4g} x {:.4g} x {:.4g} mm, from "
+        "{:.4g} {:.4g} {:.4g}\n",
+        level[1], level[2], level[3], numbers, box[3], box[4], box[5], box[0], box[1], box[2]));
 }
 
 /// The kinds of a source's textures, `texture2d` or `texture3d`, by fablet and uniform.
@@ -88,7 +88,8 @@ class UniformKinds {
         const auto one = known->second.find(fablet.fablet);
         if (one == known->second.end()) return {};
         const JsonValue* uniforms = member_of(one->second, "uniforms");
-        for (const JsonValue& each : uniforms != nullptr ? uniforms->items : std::vector<JsonValue>()) {
+        for (const JsonValue& each :
+             uniforms != nullptr ? uniforms->items : std::vector<JsonValue>()) {
             const JsonValue *name = member_of(each, "name"), *kind = member_of(each, "kind");
             if (name != nullptr && kind != nullptr && name->text == uniform) return kind->text;
         }
@@ -163,10 +164,12 @@ void list_textures(const world::World& world, int64_t memory_bytes) {
             kind != kinds.end() ? kind->second == "texture3d" : !texture.of_volume.empty();
         if (kind == kinds.end() && !volume) continue;  // nothing looks it up
         const Opened opened =
-            volume ? texture::get_volume(texture.file, world::volume_options(texture), 0, 0, limits)
-                   : texture::get_pyramid(texture.file, world::image_options(texture), 0, 0, limits);
+            volume
+                ? texture::get_volume(texture.file, world::volume_options(texture), 0, 0, limits)
+                : texture::get_pyramid(texture.file, world::image_options(texture), 0, 0, limits);
         if (opened) show_size(**opened);
-        for (const std::string& told : opened ? (*opened)->notes() : std::vector{opened.error().text()})
+        for (const std::string& told :
+             opened ? (*opened)->notes() : std::vector{opened.error().text()})
             warn(fmt::format(messages::kOfTexture, texture.name, told));
     }
 }
