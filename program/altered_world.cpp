@@ -75,6 +75,7 @@ Result<void> alter_world(const Options& options, const openfab_fablet_list& fabl
     const AlteredWorld& altered = options.altered;
     input->solid_code = altered.solid ? 1 : 0;
     input->around_vox = altered.around;
+    input->lattice_mm = altered.lattice_mm;
     if (!altered.field.empty()) {
         if (Result<void> done = replace_texture(altered, world); !done) return done;
     }

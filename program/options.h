@@ -31,6 +31,7 @@ struct AlteredWorld {
     std::optional<Vec3d> cell_mm, cell_at_mm;
     std::string field;  ///< `NAME=FILE`: the texture is that volume, clamped and trilinear
     std::optional<Vec3d> field_origin_mm, field_spacing_mm;
+    std::optional<Vec3d> lattice_mm;  ///< as PrintInput
 };
 
 struct Options : GridOptions, OutputOptions, RunOptions {

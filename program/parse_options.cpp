@@ -43,7 +43,7 @@ constexpr const char* kUnits =
 struct Raw {
     std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
                                                                         png = "rgba", isa;
-    std::string pitch, probe, slabs_in_flight, bleed, around, cell, cell_at, field_origin,
+    std::string pitch, probe, slabs_in_flight, bleed, around, cell, cell_at, lattice, field_origin,
         field_spacing;
     std::vector<std::string> previews;
     std::string crop = "parts", sampling;
@@ -187,6 +187,7 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                                      {"--cell", &raw.cell},
                                      {"--cell-at", &raw.cell_at},
                                      {"--field-origin", &raw.field_origin},
+                                     {"--lattice", &raw.lattice},
                                      {"--field-spacing", &raw.field_spacing}})
         app.add_option(name, *text, "")->group("");
 }
@@ -235,6 +236,7 @@ Result<void> read_grid(const Raw& raw, Options* o) {
              read(raw.field_origin, vector("--field-origin", "0,0,0"), &o->altered.field_origin_mm),
              read(raw.field_spacing, vector("--field-spacing", "1,1,1"),
                   &o->altered.field_spacing_mm),
+             read(raw.lattice, vector("--lattice", "0.1,0.1,0.1"), &o->altered.lattice_mm),
              read(raw.z, parse_heights, &o->z_range_mm),
              read(raw.slices, parse_slices, &o->slices),
          }) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
 
 #include "backends/common/output_file.h"
 #include "base/input_file.h"
@@ -31,8 +32,42 @@ void note_coarse(PartRun* r) {
     const double across = r->summary.weakest.front().across;
     if (across * kAcrossStep < kUnresolved || across * kAcrossStep >= kCoarse) return;
     const double pitch = *std::ranges::max_element(r->problem.grid.pitch_mm);
-    r->problem.notes.push_back(fmt::format(
-        messages::kCoarseThere, across, across < 3 ? "a quarter" : "a sixth", pitch * across / 4));
+    r->problem.notes.push_back(fmt::format(messages::kCoarseThere, across, pitch * across / 4));
+}
+
+/// Says where displacements are too large for a linear theory: against the part's least side, as those of a
+/// plate that is held at its edges, or as turns of a tenth.
+void note_large(PartRun* r) {
+    const Grid& g = r->problem.grid;
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+    std::array<int32_t, 3> first{INT32_MAX, INT32_MAX, INT32_MAX}, last{};
+    for (int64_t e = 0; e < g.element_count(); ++e) {
+        if (r->problem.elements.kind[static_cast<size_t>(e)] != kSolid) continue;
+        const std::array<int32_t, 3> p = place_of(g, e);
+        for (size_t a = 0; a < 3; ++a) {
+            first[a] = std::min(first[a], p[a]);
+            last[a] = std::max(last[a], p[a] + 1);
+        }
+        for (const uint8_t d : {uint8_t{4}, uint8_t{5}})
+            for (const int64_t node : nodes_of(g, {e, d})) {
+                const Vec3 u = moved_at(r->solution.moved_mm, node);
+                for (size_t a = 0; a < 3; ++a) {
+                    low[a] = std::min(low[a], u[a]);
+                    high[a] = std::max(high[a], u[a]);
+                }
+            }
+    }
+    double moved = 0, longest = 0, least = kFar;
+    for (size_t a = 0; a < 3; ++a) {
+        const double side = (last[a] - first[a]) * g.pitch_mm[a];
+        moved = std::max(moved, high[a] - low[a]);
+        longest = std::max(longest, side);
+        least = std::min(least, side);
+    }
+    constexpr double kTurn = 0.1;
+    if (moved > std::min(least, kTurn * longest))
+        r->problem.notes.push_back(fmt::format(messages::kMovedFar, moved, least, longest));
 }
 
 /// How far it is from buckling: computed where it is slender enough, or always.
@@ -94,6 +129,7 @@ Result<PartRun> run_at(const PartCommandOptions& o, const PartSource& source,
     constexpr size_t kPlaces = 8;
     out.summary = summary_of(out.problem, out.fields, out.solution.moved_mm, kPlaces);
     note_coarse(&out);
+    if (step == Pitch::kOwn) note_large(&out);
     if (step == Pitch::kOwn)
         if (Result<void> done = look_at_buckling(o, &out); !done) return done.error();
     return out;

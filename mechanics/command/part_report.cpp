@@ -44,8 +44,10 @@ const char* verdict_text(const PartSummary& s) {
             return ": it breaks\n";
         case Verdict::kNotStrained:
             return ": nothing strains it\n";
+        case Verdict::kCoarse:
+            return messages::kUnresolvedCoarse;
         default:
-            return ": not resolved, for less than two elements lie across where it is weak\n";
+            return messages::kUnresolvedThin;
     }
 }
 
@@ -151,7 +153,7 @@ void write_result(const PartRun& r, const LoadCase& load_case, JsonText* out) {
         out->value(s.least_safety_away);
     else
         out->null();
-    constexpr const char* kVerdicts[] = {"unknown", "not strained", "not resolved",
+    constexpr const char* kVerdicts[] = {"unknown", "not strained", "not resolved", "not resolved",
                                          "breaks",  "buckles",      "holds"};
     out->member("verdict", kVerdicts[static_cast<size_t>(verdict_of(s))]);
     out->key("buckling");

@@ -17,6 +17,12 @@ namespace fs = std::filesystem;
 
 /// What is in memory besides grids.
 constexpr int64_t kProgram = 40 << 20;
+
+/// How many of the printer's voxels a mean takes along a side, as program/supersample.h has it.
+double voxels_along(double side_mm, double own_mm) {
+    constexpr double kMost = 32, kSlack = 1e-6;
+    return std::clamp(std::ceil(side_mm / own_mm - kSlack), 1.0, kMost);
+}
 }  // namespace
 
 Result<PartSource> PartSource::open(const CommonOptions& o, const fs::path& folder) {
@@ -35,7 +41,12 @@ Result<PrintRequest> PartSource::request(const Vec3& pitch_mm) const {
     if (o_.codes || !(pitch_mm[0] > 0)) return out;
     const Result<BuildSize> size = this->size();
     if (!size) return size.error();
-    out.supersample = parts_of_elements(o_, pitch_mm, size->printer_pitch_mm);
+    const Vec3& own = size->printer_pitch_mm;
+    out.supersample = parts_of_elements(o_, pitch_mm, own);
+    // Elements begin where the part does, up to a sample: a wall of three is three of them.
+    for (size_t a = 0; a < 3; ++a)
+        out.lattice_mm[a] = pitch_mm[a] / (out.supersample > 0 ? out.supersample
+                                                               : voxels_along(pitch_mm[a], own[a]));
     return out;
 }
 

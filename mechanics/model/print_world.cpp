@@ -56,6 +56,7 @@ std::vector<std::string> print_words(const PrintRequest& request) {
                                  "--as-built"};
     const auto& pitch = request.pitch_mm;
     if (pitch[0] > 0) out.push_back("--pitch=" + numbers_text(pitch));
+    if (request.lattice_mm[0] > 0) out.push_back("--lattice=" + numbers_text(request.lattice_mm));
     for (const std::string& one : request.allow)
         out.push_back(allow_argument(one));
     for (const std::string& one : request.settings)

@@ -34,6 +34,8 @@ struct PrintRequest {
     std::optional<FieldTexture> field;
     int threads = 1;
     int64_t memory_bytes = 0;
+    /// Elements begin at a whole number of these, next to the part; 0: at a whole number of pitches.
+    std::array<double, 3> lattice_mm{};
 };
 
 /// Writes `folder`/NAME.npy, of the part that comes out of the machine, and returns its path.

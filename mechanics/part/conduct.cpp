@@ -98,12 +98,9 @@ Result<void> feed(const LoadCase& load_case, const FaceChooser& chooser, const P
             return error;
         }
         std::erase_if(*faces, [&](const Face& f) { return piece_of(f) < 0; });
-        double area = 0;
         bool lost = faces->empty();
-        for (const Face& f : *faces) {
-            area += area_of(p->grid, f);
+        for (const Face& f : *faces)
             lost = lost || reached[static_cast<size_t>(piece_of(f))] == 0;
-        }
         if (lost) {
             Error error =
                 user_error(faces->empty() ? messages::kEntersInsulator : messages::kFlowNotJoined,
@@ -111,10 +108,14 @@ Result<void> feed(const LoadCase& load_case, const FaceChooser& chooser, const P
             error.location = load.faces.location;
             return error;
         }
-        for (const Face& f : *faces)
+        const std::vector<LoadedFace> loaded =
+            loaded_faces(p->grid, p->voxels, p->elements.kind, *faces);
+        double area = 0;
+        for (const LoadedFace& f : loaded)
+            area += f.area;
+        for (const auto& [f, own] : loaded)
             for (const int64_t node : nodes_of(p->grid, f))
-                *at_node(p->grid, &p->inflow, node) +=
-                    *load.inflow * area_of(p->grid, f) / area / 4;
+                *at_node(p->grid, &p->inflow, node) += *load.inflow * own / area / 4;
     }
     return {};
 }

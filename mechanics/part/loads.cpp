@@ -52,13 +52,12 @@ void LoadAssembler::count(int64_t node, const Vec3& force) {
     }
 }
 
-Result<void> LoadAssembler::add(const Load& load, std::span<const Face> faces) {
+Result<void> LoadAssembler::add(const Load& load, std::span<const LoadedFace> faces) {
     acts_ = free_ = most_MPa_ = 0;
     double area = 0;
-    for (const Face& f : faces)
-        area += area_of(grid_, f);
-    for (const Face& f : faces) {
-        const double own = area_of(grid_, f);
+    for (const LoadedFace& f : faces)
+        area += f.area;
+    for (const auto& [f, own] : faces) {
         Vec3 force{};
         if (load.force_N)
             for (size_t c = 0; c < 3; ++c)
@@ -81,12 +80,12 @@ Result<void> LoadAssembler::add(const Load& load, std::span<const Face> faces) {
             static_cast<double>(node / grid_.nodes[0] / grid_.nodes[1]) * grid_.pitch_mm[2]};
     };
     Vec3 middle{};
-    for (const Face& f : faces)
+    for (const auto& [f, own] : faces)
         for (const int64_t node : nodes_of(grid_, f))
             for (size_t c = 0; c < 3; ++c)
-                middle[c] += place(node)[c] * area_of(grid_, f) / (4 * area);
+                middle[c] += place(node)[c] * own / (4 * area);
     std::array<Vec3, 3> inertia{};
-    for (const Face& f : faces)
+    for (const auto& [f, own] : faces)
         for (const int64_t node : nodes_of(grid_, f)) {
             Vec3 r = place(node);
             for (size_t c = 0; c < 3; ++c)
@@ -94,15 +93,15 @@ Result<void> LoadAssembler::add(const Load& load, std::span<const Face> faces) {
             const double square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
             for (size_t i = 0; i < 3; ++i)
                 for (size_t j = 0; j < 3; ++j)
-                    inertia[i][j] += area_of(grid_, f) / 4 * ((i == j ? square : 0) - r[i] * r[j]);
+                    inertia[i][j] += own / 4 * ((i == j ? square : 0) - r[i] * r[j]);
         }
     const std::optional<Vec3> w = solve3(inertia, *load.torque_Nmm);
     if (!w) return user_error(messages::kTorqueOnLine, messages::kTorqueOnLineHelp);
-    for (const Face& f : faces)
+    for (const auto& [f, own] : faces)
         for (const int64_t node : nodes_of(grid_, f)) {
             Vec3 r = place(node);
             for (size_t c = 0; c < 3; ++c)
-                r[c] = (r[c] - middle[c]) * area_of(grid_, f) / 4;
+                r[c] = (r[c] - middle[c]) * own / 4;
             const Vec3 force{(*w)[1] * r[2] - (*w)[2] * r[1], (*w)[2] * r[0] - (*w)[0] * r[2],
                              (*w)[0] * r[1] - (*w)[1] * r[0]};
             add_to(node, force);

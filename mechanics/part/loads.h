@@ -19,10 +19,10 @@ class LoadAssembler {
                   std::span<const Held> held = {})
         : grid_(grid), held_(held), forces_(*forces_N) {}
 
-    /// Spreads a load over faces by their area. A torque becomes forces that grow with the distance from
+    /// Spreads a load over faces by their area of material. A torque becomes forces that grow with the distance from
     /// its axis through the middle of the faces, so that it has no resultant. Fails where the faces are
     /// on one line and cannot take it.
-    Result<void> add(const Load& load, std::span<const Face> faces);
+    Result<void> add(const Load& load, std::span<const LoadedFace> faces);
     /// Weight of all elements, of densities in g/cm3.
     void add_gravity(const Vec3& m_s2, const Voxels& voxels);
     Vec3 total() const { return total_; }

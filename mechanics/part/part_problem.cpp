@@ -201,7 +201,9 @@ Result<void> SetUp::load() {
     for (const Load& one : case_.loads) {
         const Result<std::vector<Face>> faces = chooser.choose(one.faces);
         if (!faces) return before(faces.error(), messages::kLoadOnNothing);
-        if (Result<void> done = assembler.add(one, *faces); !done) {
+        const std::vector<LoadedFace> loaded =
+            loaded_faces(p_.grid, p_.voxels, p_.elements.kind, *faces);
+        if (Result<void> done = assembler.add(one, loaded); !done) {
             Error error = done.error();
             error.location = one.faces.location;
             return error;

@@ -104,6 +104,10 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
             // Elements are sorted by safety, but not by how far that may be off.
             if (problem.across[at] >= kUnresolved) {
                 if (out.least_safety_resolved == 0) out.least_safety_resolved = s;
+                // Twisted shafts have seven tenths of their stress there (docs/mechanics.md).
+                constexpr double kOff = 1.5;
+                if (out.least_safety_coarse == 0 && problem.across[at] < kCoarse)
+                    out.least_safety_coarse = s / kOff;
             } else {
                 constexpr int kRough = 3 * kAcrossStep / 2;
                 const double low = s / (problem.across[at] >= kRough ? 2 : 4);
@@ -152,6 +156,7 @@ Verdict verdict_of(const PartSummary& s) {
     const bool weakest = s.least_safety_resolved == 0 || s.least_safety < s.least_safety_resolved;
     if (s.least_safety_unresolved > 0 && (weakest || s.least_safety_unresolved < 1))
         return Verdict::kUnresolved;
+    if (s.least_safety_coarse > 0 && s.least_safety_coarse < 1) return Verdict::kCoarse;
     return Verdict::kHolds;
 }
 

@@ -28,13 +28,15 @@ struct PartSummary {
     double least_safety_resolved = 0;  ///< the same where two elements lie across, or more
     /// Where less do, by what that may be off, twice or four times; 0: they do everywhere.
     double least_safety_unresolved = 0;
+    double least_safety_coarse =
+        0;                   ///< the same where less than four do, but two: half as much again
     double typical_MPa = 0;  ///< von Mises stress that one in a hundred elements exceeds
     std::vector<WeakPlace> weakest;
     std::optional<Buckling> buckling;  ///< where it was looked at
 };
 /// Where less than two elements lie across a wall, its stress may be off by several times: nothing holds whose
-/// factor there is the least of all, or may be below 1.
-enum class Verdict { kUnknown, kNotStrained, kUnresolved, kBreaks, kBuckles, kHolds };
+/// factor there is the least of all, or may be below 1. Where less than four do, nothing whose factor may be.
+enum class Verdict { kUnknown, kNotStrained, kUnresolved, kCoarse, kBreaks, kBuckles, kHolds };
 Verdict verdict_of(const PartSummary& summary);
 PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
                        const Field<double, kElastic>& moved_mm, size_t most_places);

@@ -89,9 +89,55 @@ std::array<int64_t, 4> nodes_of(const Grid& g, const Face& face) {
     return out;
 }
 
-double area_of(const Grid& g, const Face& face) {
-    const size_t axis = face.direction / 2;
-    return g.pitch_mm[(axis + 1) % 3] * g.pitch_mm[(axis + 2) % 3];
+std::vector<LoadedFace> loaded_faces(const Grid& g, const Voxels& v, std::span<const uint8_t> kind,
+                                     std::span<const Face> chosen) {
+    std::vector<LoadedFace> out;
+    std::vector<Face> rims, sorted(chosen.begin(), chosen.end());
+    std::ranges::sort(sorted);
+    const auto at = [&](std::array<int32_t, 3> p, size_t axis, int32_t by) {
+        p[axis] += by;
+        return p[axis] >= 0 && p[axis] < g.elements[axis]
+                   ? static_cast<int64_t>(g.element(p[0], p[1], p[2]))
+                   : int64_t{-1};
+    };
+    const auto kind_of = [&](int64_t e) {
+        return e < 0 ? uint8_t{kNothing} : kind[static_cast<size_t>(e)];
+    };
+    const auto add = [&](const Face& f) {
+        const size_t axis = f.direction / 2;
+        const int32_t inwards = f.direction % 2 == 1 ? -1 : 1;
+        const int64_t behind = at(place_of(g, f.element), axis, inwards);
+        const double share =
+            kind_of(behind) == kNothing ? 1.0 : static_cast<double>(v.solid[behind]);
+        const double whole = g.pitch_mm[(axis + 1) % 3] * g.pitch_mm[(axis + 2) % 3];
+        out.push_back({f, whole * std::min(1.0, share)});
+    };
+    for (const Face& f : chosen) {
+        add(f);
+        const size_t axis = f.direction / 2;
+        const int32_t outwards = f.direction % 2 == 1 ? 1 : -1;
+        const std::array<int32_t, 3> p = place_of(g, f.element);
+        for (const size_t side : {(axis + 1) % 3, (axis + 2) % 3})
+            for (const int32_t step : {-1, 1}) {
+                const int64_t rim = at(p, side, step);
+                if (kind_of(rim) != kRim) continue;
+                const std::array<int32_t, 3> q = place_of(g, rim);
+                int32_t deep = 1;
+                while (kind_of(at(q, axis, -outwards * deep)) == kRim)
+                    ++deep;
+                const int64_t end = at(q, axis, -outwards * deep);
+                // What is solid further in may be chosen itself, with the whole area.
+                const bool counted = std::ranges::binary_search(sorted, Face{end, f.direction});
+                if (kind_of(at(q, axis, outwards)) != kSolid && !counted &&
+                    (deep > 1 || kind_of(end) == kSolid))
+                    rims.push_back({rim, f.direction});
+            }
+    }
+    std::ranges::sort(rims);
+    rims.erase(std::ranges::unique(rims).begin(), rims.end());
+    for (const Face& f : rims)
+        add(f);
+    return out;
 }
 
 bool ObjectVoxels::has(const Vec3& p, const Vec3& pitch_mm) const {

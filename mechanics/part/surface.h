@@ -6,6 +6,7 @@
 // surface is between solid elements and others. One of less is a rim where it touches a solid one: it is
 // as stiff as its share, so that walls keep their volume, but no load acts on it and no stress is read.
 
+#include <compare>
 #include <span>
 #include <vector>
 
@@ -28,13 +29,24 @@ PartElements classify(const Grid& grid, Voxels* voxels);
 struct Face {
     int64_t element;
     uint8_t direction;
+    auto operator<=>(const Face&) const = default;
 };
 std::vector<Face> surface_of(const Grid& grid, std::span<const uint8_t> kind);
 
 std::array<int32_t, 3> place_of(const Grid& grid, int64_t element);
 /// The four nodes of a face, numbered [z][y][x].
 std::array<int64_t, 4> nodes_of(const Grid& grid, const Face& face);
-double area_of(const Grid& grid, const Face& face);
+
+/// A face with its area that has material, mm2.
+struct LoadedFace {
+    Face face;
+    double area = 0;
+};
+/// Returns what chosen faces hold of material: where a wall ends within an element, its end has that share
+/// of the face, and what is less than half an element thick beside a face, its rim, has a face, too. So a
+/// force on the end of a wall acts in its middle.
+std::vector<LoadedFace> loaded_faces(const Grid& grid, const Voxels& voxels,
+                                     std::span<const uint8_t> kind, std::span<const Face> chosen);
 
 /// Where an object of the world is: voxels of a print of it alone, of the same pitch.
 struct ObjectVoxels {

@@ -80,7 +80,8 @@ Result<part::Grid> make_grid(std::span<const part::Part> parts,
                              const std::vector<std::shared_ptr<solid::Solid>>& solids,
                              const Vec3d& pitch_mm, int32_t bits, const Vec3i& margin_vox,
                              const std::optional<Box3d>& crop_mm,
-                             const std::optional<Box3d>& window_mm) {
+                             const std::optional<Box3d>& window_mm,
+                             const std::optional<Vec3d>& lattice_mm) {
     Box3d box = window_mm.value_or(crop_mm.value_or(Box3d{}));
     bool any = window_mm.has_value();
     std::map<const solid::Solid*, Box3f> bounds;
@@ -101,8 +102,12 @@ Result<part::Grid> make_grid(std::span<const part::Part> parts,
     grid.pitch_mm = pitch_mm;
     for (int a = 0; a < 3; ++a) {
         const int32_t margin = window_mm ? 0 : margin_vox[a];
-        const double lo = std::floor(snapped(box.lo[a] / pitch_mm[a])) - (a == 2 ? 0 : margin);
-        const double hi = std::ceil(snapped(box.hi[a] / pitch_mm[a])) + margin;
+        const double step = lattice_mm ? (*lattice_mm)[a] / pitch_mm[a] : 1;
+        const double lo =
+            std::floor(snapped(box.lo[a] / (step * pitch_mm[a]))) * step - (a == 2 ? 0 : margin);
+        const double hi = lattice_mm
+                              ? lo + std::ceil(snapped(box.hi[a] / pitch_mm[a] - lo)) + margin
+                              : std::ceil(snapped(box.hi[a] / pitch_mm[a])) + margin;
         const double size = std::max(hi - lo, 1.0);
         if (!(std::fabs(lo) <= kFarthest)) {
             return user_error(

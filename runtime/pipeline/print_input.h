@@ -28,6 +28,8 @@ struct PrintInput {
     /// In place of the parts' own box: the grid is this one, rounded out to whole voxels, and what
     /// reaches beyond is cut off.
     std::optional<Box3d> window_mm;
+    /// The grid begins at a whole number of these, instead of the pitch.
+    std::optional<Vec3d> lattice_mm;
     /// Of each part whether it is printed; empty: all are. The grid is that of all, and fablets may ask
     /// those that are not.
     std::vector<uint8_t> only;

@@ -64,7 +64,7 @@ Result<void> set_up_grid(PrintSetup* p) {
     Result<part::Grid> grid = make_grid(
         parts.first(parts.size() - static_cast<size_t>(p->input.beside_grid)), p->solids,
         p->input.pitch_mm, abi::voxel_bits(static_cast<int32_t>(p->input.materials.size())),
-        p->input.margin_vox, p->input.crop_mm, p->input.window_mm);
+        p->input.margin_vox, p->input.crop_mm, p->input.window_mm, p->input.lattice_mm);
     if (p->options.interrupted()) return interrupted_early();
     if (!grid) return grid.error();
     if (const Result<void> diced = p->solid_status(); !diced) return diced;
@@ -73,8 +73,12 @@ Result<void> set_up_grid(PrintSetup* p) {
         p->warnings.push_back(std::move(thin));
     for (int axis = 0; axis < 3; ++axis) {
         const double pitch = p->grid.pitch_mm[axis];
-        p->grid.origin_mm[axis] =
-            (std::round(p->grid.origin_mm[axis] / pitch) - p->input.around_vox) * pitch;
+        if (p->input.lattice_mm) {
+            p->grid.origin_mm[axis] -= p->input.around_vox * pitch;
+        } else {
+            p->grid.origin_mm[axis] =
+                (std::round(p->grid.origin_mm[axis] / pitch) - p->input.around_vox) * pitch;
+        }
         p->grid.size[axis] += 2 * p->input.around_vox;
     }
     Result<Vec2<int32_t>> range = slice_range(p->grid, p->options);

@@ -17,10 +17,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/json.h"
 #include "mechanics/messages.h"
-#include "tests/support/places/places.h"
-#include "tests/support/process/process.h"
+#include "tests/programs/mechanics/model_world.h"
 #include "tests/support/says/says.h"
 
 namespace openfab::testing {
@@ -29,105 +27,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
-
-constexpr const char* kFablets = R"(fablet One {
-    @uniform { Material m; }
-    @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); return mc; }
-}
-fablet Ball {
-    @uniform { Material m; float r = 8; float x = 0; }
-    @Shape(@varying { ShapeAttributes attr }) { return length(attr.p - float3(x, 0, 0)) - r; }
-    @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); return mc; }
-}
-fablet Mark {
-    @uniform { float x = -4; }
-    @Shape(@varying { ShapeAttributes attr }) { return length(attr.p - float3(x, 0, 2)) - 3; }
-}
-fablet Skin {
-    @uniform { Material m; Object core; }
-    @Shape(@varying { ShapeAttributes attr }) { return distance_to(core, attr.p) - 1; }
-    @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); return mc; }
-}
-fablet Mix {
-    @uniform { Material soft, stiff; float share = 0.3; }
-    @Volume(@varying { VolumeAttributes attr })
-    {
-        MaterialComposition mc;
-        mc.Set(soft, 1 - share);
-        mc.Set(stiff, share);
-        return mc;
-    }
-}
-fablet Halves {
-    @uniform { Material soft, stiff; }
-    @Volume(@varying { VolumeAttributes attr })
-    {
-        MaterialComposition mc;
-        mc.Set(attr.voxelCenter.z < 1 ? soft : stiff, 1);
-        return mc;
-    }
-}
-)";
-constexpr const char* kBar =
-    R"("bar": {"mesh": "bar", "fablet": "one", "uniforms": {"m": "stiff"}})";
-constexpr const char* kBuild = R"({"object": "bar", "translate_mm": [0, 0, 0]})";
-/// Held at -x, pushed at +x: by sides, or at an object.
-constexpr const char* kBySide =
-    R"("by_side": {"held": [{"side": "-x"}], "loads": [{"side": "+x", "force_N": [0, 0, -1]}]})";
-
-class MechanicsModel : public ::testing::Test {
-  protected:
-    MechanicsModel() {
-        scratch_.write("f.fl", kFablets);
-        scratch_.write("mechanics.json", R"({"materials": {
-    "soft": {"E_MPa": 0.6, "nu": 0.48, "strength_MPa": 1, "density_g_cm3": 1.1},
-    "stiff": {"E_MPa": 2000, "nu": 0.35, "strength_MPa": 50, "density_g_cm3": 1.2}}})");
-    }
-    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
-    /// A world with a bar of 10 x 4 x 4 mm beside what is given.
-    std::string world(const std::string& name, const std::string& meshes,
-                      const std::string& objects, const std::string& build,
-                      const std::string& cases, const std::string& printer = "generic",
-                      const std::string& more = "") const {
-        scratch_.write(name, R"({"openfab": 1, "printer": ")" + printer + R"(", "fablets": {
-    "one": {"source": "f.fl", "fablet": "One"}, "ball": {"source": "f.fl", "fablet": "Ball"},
-    "mark": {"source": "f.fl", "fablet": "Mark"}, "skin": {"source": "f.fl", "fablet": "Skin"},
-    "mix": {"source": "f.fl", "fablet": "Mix"}, "halves": {"source": "f.fl", "fablet": "Halves"}},
-"materials": {"soft": {"key": "#e0e0d0"}, "stiff": {"key": "#23415e"}, "label": {"key": "#ff0000"}},
-"meshes": {"bar": {"box": [10, 4, 4]})" +
-                                 (meshes.empty() ? "" : ", " + meshes) + R"(},
-"objects": {)" + objects + "},\n\"build\": [" +
-                                 build + "]" + more + R"(, "cases": {)" + cases + "}}\n");
-        return path(name);
-    }
-    Outcome mechanics(std::vector<std::string> arguments) const {
-        arguments.insert(arguments.begin(), {program("openfab").string(), "mechanics"});
-        return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
-    }
-    /// What `part` says of a case, without its name.
-    std::string part(const std::string& file, const std::string& one_case,
-                     std::vector<std::string> more = {"--voxel", "0.5mm"}) const {
-        more.insert(more.begin(), {"part", file, "--case", one_case, "--allow-programs"});
-        const Outcome out = mechanics(more);
-        EXPECT_EQ(out.exit_code, 0) << one_case << ": " << out.err;
-        const std::string name = "case " + one_case;
-        const size_t at = out.out.find(name + ":");
-        return at == std::string::npos ? out.out : out.out.substr(at + name.size());
-    }
-    JsonValue numbers(std::vector<std::string> arguments) const {
-        arguments.insert(arguments.end(), {"-o", path("numbers.json")});
-        const Outcome out = mechanics(arguments);
-        EXPECT_EQ(out.exit_code, 0) << out.err;
-        const Result<JsonValue> json = parse_json(read_file(path("numbers.json")), "numbers");
-        return json ? *json : JsonValue{};
-    }
-    static double number(const JsonValue& json, const char* key) {
-        const JsonMember* m = json.find(key);
-        return m == nullptr ? NAN : m->value.number;
-    }
-
-    ScratchFolder scratch_;
-};
 
 TEST_F(MechanicsModel, AnObjectOfACaseIsFoundWhateverItIs) {
     const std::string cases =
@@ -380,107 +279,6 @@ TEST_F(MechanicsModel, APrintIsNoWorld) {
         }
     const Outcome cell = mechanics({"cell", path("print.ofr"), "--cell", "1mm"});
     EXPECT_THAT(cell.err, Says(mechanics::messages::kGiveWorldOrFablet));
-}
-
-TEST_F(MechanicsModel, CellsOfOddNumbersOfVoxels) {
-    // Layers along y of 2 of 5: by Voigt along x and z, by Reuss across.
-    scratch_.write("layers.fl", R"(fablet Layers {
-    @uniform { Material soft, stiff; float size = 5; }
-    @Volume(@varying { VolumeAttributes attr })
-    {
-        MaterialComposition mc;
-        mc.Set(attr.voxelCenter.y < -0.1 * size ? stiff : soft, 1);
-        return mc;
-    }
-})");
-    scratch_.write("mechanics.json", R"({"materials": {"soft": {"E_MPa": 100, "nu": 0},
-        "stiff": {"E_MPa": 1000, "nu": 0}}})");
-    for (const auto& [cell, voxel, size] : {std::tuple("5mm", "1mm", "5"),
-                                            {"2.5mm", "0.5mm", "2.5"},
-                                            {"17.3mmx17.3mmx8mm", "3.46mmx3.46mmx1mm", "17.3"},
-                                            {"5x10x7mm", "1x2x1mm", "10"}}) {
-        const JsonValue json = numbers({"cell", path("layers.fl"), "--cell", cell, "--voxel", voxel,
-                                        "--set", std::string("size=") + size});
-        const JsonMember* young = json.find("young_MPa");
-        ASSERT_NE(young, nullptr) << cell;
-        EXPECT_NEAR(young->value.items[0].number, 0.4 * 1000 + 0.6 * 100, 0.01) << cell;
-        EXPECT_NEAR(young->value.items[1].number, 1 / (0.4 / 1000 + 0.6 / 100), 0.01) << cell;
-        EXPECT_NEAR(young->value.items[2].number, 0.4 * 1000 + 0.6 * 100, 0.01) << cell;
-    }
-    // As many of each as in a print of the piece that has an even number.
-    const Outcome advice =
-        mechanics({"cell", path("layers.fl"), "--cell", "5mm", "--voxel", "0.9x1x0.8mm"});
-    EXPECT_EQ(advice.exit_code, 1);
-    EXPECT_THAT(advice.err, AllOf(Says(mechanics::messages::kCellNotWhole),
-                                  HasSubstr("`--voxel 0.833333x1x0.833333mm`")));
-}
-
-TEST_F(MechanicsModel, CodesAreThePrintersVoxels) {
-    const std::string mixed =
-        R"("bar": {"mesh": "bar", "fablet": "mix", "uniforms": {"soft": "soft", "stiff": "stiff"}})";
-    scratch_.write("oblong.printer.json", R"({"name": "oblong", "pitch_mm": [0.5, 1, 0.25],
-"build_volume_mm": [300, 300, 300], "max_materials": 8, "native_format": "ofr", "makes_support": true})");
-    const std::string file = world("w.fab.json", "", mixed, kBuild, kBySide, "oblong.printer.json");
-    const Outcome own = mechanics({"part", file, "--codes", "--thin", "--loose"});
-    EXPECT_EQ(own.exit_code, 0) << own.err;
-    EXPECT_THAT(own.out, HasSubstr("pitch 0.5 x 1 x 0.25 mm, 1280 solid elements of 20 x 4 x 16"));
-    const Outcome said =
-        mechanics({"part", file, "--codes", "--thin", "--loose", "--voxel", "0.5x1x0.25mm"});
-    EXPECT_EQ(said.out, own.out);
-    EXPECT_THAT(said.err, ::testing::Not(Says(mechanics::messages::kNotPrintersVoxels)));
-    const Outcome cubes = mechanics({"part", file, "--codes", "--voxel", "0.5mm"});
-    EXPECT_EQ(cubes.exit_code, 0) << cubes.err;
-    EXPECT_THAT(cubes.err, Says(mechanics::messages::kNotPrintersVoxels, "0.5mm", "0.5x1x0.25mm"));
-    // A cell is cut to whole voxels, and says so.
-    const Outcome cell = mechanics({"cell", file, "--cell", "4.2mm", "--codes"});
-    EXPECT_EQ(cell.exit_code, 0) << cell.err;
-    EXPECT_THAT(cell.out, HasSubstr("pitch 0.5 x 1 x 0.25 mm, 8 x 4 x 17 elements"));
-    EXPECT_THAT(cell.err, Says(mechanics::messages::kCellOfWholeVoxels));
-    // Elements of mixtures may be oblong as well, and are means over the printer's voxels.
-    for (const char* command : {"part", "stand", "export"}) {
-        std::vector<std::string> words{command, file, "--voxel", "1x2x0.5mm", "--thin"};
-        if (std::string(command) == "export") words.insert(words.end(), {"-o", path("x.inp")});
-        const Outcome out = mechanics(words);
-        EXPECT_EQ(out.exit_code, 0) << command << ": " << out.err;
-    }
-    EXPECT_EQ(mechanics({"part", file, "--voxel", "1x2mm"}).exit_code, 2);
-    EXPECT_EQ(mechanics({"part", file, "--voxel", "1x0x2mm"}).exit_code, 2);
-}
-
-TEST_F(MechanicsModel, SharesAreMeansOverThePrintersVoxels) {
-    // A ball in elements of 5 voxels: how many of the voxels' middles are in it.
-    const std::string meshes = R"("ball": {"shape": "ball", "box_mm": [[-5, -5, -5], [5, 5, 5]]})";
-    scratch_.write("own.printer.json", R"({"name": "own", "pitch_mm": [0.2, 0.25, 0.1],
-"build_volume_mm": [300, 300, 300], "max_materials": 8, "native_format": "ofr", "makes_support": true})");
-    const std::string file = world(
-        "w.fab.json", meshes,
-        R"("ball": {"mesh": "ball", "fablet": "ball", "uniforms": {"m": "stiff", "r": 3.95}})",
-        R"({"object": "ball", "translate_mm": [0, 0, 4]})",
-        R"("c": {"held": [{"side": "-z"}], "gravity_m_s2": [0, 0, -9.81]})", "own.printer.json");
-    const Outcome out =
-        mechanics({"part", file, "--voxel", "1mm", "--thin", "--loose", "-o", path("w.npy")});
-    ASSERT_EQ(out.exit_code, 0) << out.err;
-    const std::string array = read_file(path("w.npy"));
-    constexpr int kSide = 8;
-    ASSERT_EQ(array.size(), 128U + sizeof(float) * 8 * kSide * kSide * kSide);
-    double worst = 0;
-    for (int e = 0; e < kSide * kSide * kSide; ++e) {
-        const int ex = e % kSide, ey = e / kSide % kSide, ez = e / kSide / kSide;
-        int inside = 0;
-        for (int z = 0; z < 10; ++z)
-            for (int y = 0; y < 4; ++y)
-                for (int x = 0; x < 5; ++x) {
-                    const double px = -4 + ex + 0.2 * (x + 0.5), py = -4 + ey + 0.25 * (y + 0.5),
-                                 pz = -4 + ez + 0.1 * (z + 0.5);
-                    inside += std::sqrt(px * px + py * py + pz * pz) < 3.95 ? 1 : 0;
-                }
-        float solid = 0;
-        std::memcpy(&solid, array.data() + 128 + sizeof(float) * (8 * static_cast<size_t>(e) + 7),
-                    4);
-        worst = std::max(worst, std::abs(static_cast<double>(solid) - inside / 200.0));
-    }
-    // One voxel of 200 may lie on the surface itself.
-    EXPECT_LE(worst, 1.01 / 200);
 }
 
 TEST_F(MechanicsModel, AWorldIsStrengthenedWithAllThatItNames) {

@@ -86,6 +86,40 @@ TEST(MechanicsStress, BendingIsGreatestAtTheSurface) {
         }
 }
 
+// A wall that ends within elements, in one direction or in all three: a force on its end strains it alike everywhere.
+TEST(MechanicsStress, AForceOnTheEndOfAWallActsInItsMiddle) {
+    for (const double part : {0.1, 0.25, 0.45, 0.5, 0.75, 0.9, 1.0})
+        for (const double end : {0.3, 0.7, 1.0}) {
+            const auto share = [&](double at, int32_t whole) {
+                return std::clamp(at < whole ? 1.0 : part, 0.0, 1.0);
+            };
+            const Voxels v = box_of({24, 5, 4}, 1, 0, [&](const Vec3& p) {
+                return std::pair((p[0] < 23 ? 1 : end) * share(p[1], 4) * share(p[2], 3), 2000.0);
+            });
+            const Loaded l = loaded(v, R"({"held": [{"side": "-x", "along": "x"},
+                    {"side": "-y", "along": "y"}, {"side": "-z", "along": "z"}],
+                    "loads": [{"side": "+x", "force_N": [100, 0, 0]}]})");
+            const double wanted = 100 / ((4 + part) * (3 + part));
+            for (const int32_t x : {8, 12, 16})
+                EXPECT_NEAR(worst_at(l, [&](const auto& p) { return p[0] == x; }) / wanted, 1, 0.02)
+                    << part << " " << end << " " << x;
+        }
+}
+
+// As a print makes it: what is coarse holds only by half as much again.
+TEST(MechanicsStress, WhatFourElementsDoNotLieAcrossHoldsWithAMargin) {
+    // 6 P L / (b h^2) = 8.9 P at the middle of the first element; the strength is 100.
+    for (const auto& [force, verdict] : {std::pair(0.5, Verdict::kHolds),
+                                         {2.0, Verdict::kHolds},
+                                         {8.0, Verdict::kCoarse},
+                                         {20.0, Verdict::kBreaks}}) {
+        const Loaded l = loaded(full({60, 10, 2}, 0.3), fmt::format(R"({{"held": [{{"side": "-x"}}],
+                           "loads": [{{"side": "+x", "force_N": [0, 0, {}]}}]}})",
+                                                                    -force));
+        EXPECT_EQ(verdict_of(l.summary), verdict) << force << " " << l.summary.least_safety;
+    }
+}
+
 TEST(MechanicsStress, WhatLessThanTwoElementsAreAcrossDoesNotHold) {
     for (const double thick : {0.6, 0.8, 1.0, 1.2, 1.5}) {
         const auto size = static_cast<int32_t>(std::ceil(thick));
