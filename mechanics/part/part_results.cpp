@@ -104,13 +104,13 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
             // Elements are sorted by safety, but not by how far that may be off.
             if (problem.across[at] >= kUnresolved) {
                 if (out.least_safety_resolved == 0) out.least_safety_resolved = s;
-                // Twisted shafts have seven tenths of their stress there (docs/mechanics.md).
-                constexpr double kOff = 1.5;
+                // Twisted shafts of 2.5 elements have 0.63 of their stress (docs/mechanics.md).
+                constexpr double kOff = 1.6;
                 if (out.least_safety_coarse == 0 && problem.across[at] < kCoarse)
                     out.least_safety_coarse = s / kOff;
             } else {
                 constexpr int kRough = 3 * kAcrossStep / 2;
-                const double low = s / (problem.across[at] >= kRough ? 2 : 4);
+                const double low = s / (problem.across[at] >= kRough ? 2.5 : 4);
                 if (out.least_safety_unresolved == 0 || low < out.least_safety_unresolved)
                     out.least_safety_unresolved = low;
             }

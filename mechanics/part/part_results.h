@@ -26,11 +26,10 @@ struct PartSummary {
     double least_safety = 0;       ///< 0: no strength is known
     double least_safety_away = 0;  ///< the same, more than two elements away from holds and loads
     double least_safety_resolved = 0;  ///< the same where two elements lie across, or more
-    /// Where less do, by what that may be off, twice or four times; 0: they do everywhere.
+    /// Where less do, by what that may be off, 2.5 or four times; 0: they do everywhere.
     double least_safety_unresolved = 0;
-    double least_safety_coarse =
-        0;                   ///< the same where less than four do, but two: half as much again
-    double typical_MPa = 0;  ///< von Mises stress that one in a hundred elements exceeds
+    double least_safety_coarse = 0;  ///< the same where less than four do, but two: 1.6 times
+    double typical_MPa = 0;          ///< von Mises stress that one in a hundred elements exceeds
     std::vector<WeakPlace> weakest;
     std::optional<Buckling> buckling;  ///< where it was looked at
 };

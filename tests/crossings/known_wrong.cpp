@@ -16,6 +16,10 @@ constexpr Known kDocumented[] = {
      "support may lie on top, up to the greatest displacement (world/WORLDS.md)"},
     {{"estimate|statistics", "grown*|program*", "*"},
      "passes and their waste are those of all of its `box_mm`, which is printed (docs/process.md)"},
+    {{"part", "grown*|program*", "several that touch"},
+     "elements begin at the `box_mm`, those of the twin at the part (docs/mechanics.md): where two "
+     "solids touch by a "
+     "fraction of an element, the stiffness is another"},
     {{"field", "beams", "*"},
      "sections of beams stay round where a field stretches them one way (docs/process.md)"},
 };
