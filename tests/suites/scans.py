@@ -92,8 +92,11 @@ def same_in_place(volume: Volume, source: np.ndarray, affine: np.ndarray) -> boo
         y, x = np.mgrid[:height, :width]
         at = np.stack([x, y, np.full_like(x, k)], -1) + 0.5
         index = (volume.origin + at * step) @ inverse[:3, :3].T + inverse[:3, 3]
-        index = np.where(np.abs(index - np.round(index)) < NEAR * sides, np.round(index), index)  # floats of the place
-        inside = np.all((index >= 0) & (index <= sides - 1), -1)
+        near = np.abs(index - np.round(index)) < NEAR * sides  # the place is of floats
+        if np.all(near):  # texel by texel, not interpolated
+            index = np.round(index)
+        inside = np.all((index >= -NEAR * sides) & (index <= sides - 1 + NEAR * sides), -1)
+        index = np.clip(index, 0, sides - 1)
         low = np.minimum(np.floor(index[inside]).astype(int), np.maximum(sides - 2, 0))
         part = index[inside] - low
         wanted = np.zeros((len(low), channels))
@@ -133,13 +136,20 @@ def dicom(program: Path, file: Path) -> bool:
         stored = data.pixel_array.astype(float)
     except Exception as error:  # whatever it does not decode
         raise Unread(str(error)) from error
+    for groups in data.get("SharedFunctionalGroupsSequence", []), data.get("PerFrameFunctionalGroupsSequence", [])[:1]:
+        for group in (g for item in groups for s in item if s.VR == "SQ" for g in s.value):  # of the first frame
+            for element in group:
+                data.add(element)
     slope = data.get("DoseGridScaling", data.get("RescaleSlope", 1))
     pixels = stored * float(slope) + float(data.get("RescaleIntercept", 0))
     pixels = pixels.reshape(-1, *pixels.shape[-2:])[..., None]
     if "ImagePositionPatient" not in data:
         return same(volume.values, pixels)
     across, down = np.array(data.ImageOrientationPatient, float).reshape(2, 3)
-    offsets = np.array(data.get("GridFrameOffsetVector", [0]), float)
+    places = [g.PlanePositionSequence[0].ImagePositionPatient for g in data.get("PerFrameFunctionalGroupsSequence", [])]
+    normal = np.cross(across, down)
+    along = [np.dot(np.subtract(place, places[0]).astype(float), normal) for place in places]
+    offsets = np.array(along or data.get("GridFrameOffsetVector", [0]), float)[: len(pixels)]
     order = np.argsort(offsets)
     thick = offsets[order[1]] - offsets[order[0]] if len(offsets) > 1 else float(data.get("SliceThickness", 1) or 1)
     affine = np.eye(4)
