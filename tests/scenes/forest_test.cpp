@@ -146,6 +146,51 @@ TEST_F(Forest, OfAProgramIsDescribedAndExported) {
     EXPECT_GT(std::filesystem::file_size(path("made.3mf")), 1000u);
 }
 
+/// Nodes of which nothing is kept are looked through, too: without any beam, and with beams on the first level only.
+TEST_F(Forest, NodesWithoutBeamsHaveALimit) {
+    for (const char* const radius : {"0", "attr.level < 1 ? 1 : 0"}) {
+        scratch_->write("nodes.fl", fmt::format(R"(struct Node {{
+    float3 end[2];
+    float radius;
+    int children;
+    float reach;
+}};
+
+fablet Nodes {{
+    @uniform {{ Material a; }}
+    @Grow(@varying {{ GrowAttributes attr, Node parent }})
+    {{
+        Node n;
+        n.end[0] = float3(0, 0, 0);
+        n.end[1] = float3(0, 0, 5);
+        n.radius = {};
+        n.children = attr.level < 3 ? 65536 : 0;
+        n.reach = 5;
+        return n;
+    }}
+    @Volume(@varying {{ VolumeAttributes attr }})
+    {{
+        MaterialComposition mc;
+        mc.Set(a, 1);
+        return mc;
+    }}
+}}
+)",
+                                                radius));
+        scratch_->write("nodes.fab.json", R"({
+    "openfab": 1, "printer": "generic",
+    "materials": {"a": {"key": "#ffffff"}},
+    "fablets": {"nodes": {"source": "nodes.fl", "fablet": "Nodes"}},
+    "meshes": {"m": {"grow": "nodes", "box_mm": [[-30, -30, -5], [30, 30, 30]]}},
+    "objects": {"o": {"mesh": "m", "fablet": "nodes", "uniforms": {"a": "a"}}},
+    "build": [{"object": "o"}]
+})");
+        const Outcome printed = print("nodes", {"--voxel", "0.5mm", "-o", path("nodes.ofr")});
+        EXPECT_EQ(printed.exit_code, 1) << printed.err;
+        EXPECT_THAT(printed.err, Says(solid::messages::kTooManyNodesAtOnce));
+    }
+}
+
 #ifndef OPENFAB_SANITIZED
 constexpr int64_t kMost = 300'000'000;
 

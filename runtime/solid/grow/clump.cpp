@@ -82,6 +82,7 @@ void Clump::clear() {
     nodes_.clear();
     items_.clear();
     own_bytes = 0;
+    empty = 0;
 }
 
 /// Splits in the middle of the longest side of the centres.

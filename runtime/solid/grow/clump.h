@@ -81,6 +81,9 @@ class Clump {
                std::ranges::equal(std::span(states).subspan(seed_), state);
     }
     size_t own_bytes = 0;  ///< of solids that are this clump's alone
+    size_t empty = 0;      ///< nodes that were made, and of which there is nothing here
+    /// Returns how many nodes were looked through for what is here.
+    size_t nodes_made() const { return beams.size() + buds.size() + empty; }
 
     /// Adds a body, but for its values; `within`: what holds it.
     void add_body(GrownBody body, uint64_t id, int32_t level, const Box3f& within);

@@ -212,7 +212,7 @@ bool Grown::collect(const Box3f& box, bool make, size_t most, GatheredBeams* out
         *root, [&](const Box3f& b) { return b.overlaps(asked) && few() && !failed(); },
         [&](const Bud& bud, std::span<const uint32_t> state) {
             ClumpPtr clump = make ? get(bud, state) : find(bud, state);
-            if (clump != nullptr) opened += clump->beams.size() + clump->buds.size();
+            if (clump != nullptr) opened += clump->nodes_made();
             if (opened > kMostOpened) note_crowd(bud);
             return clump;
         },
@@ -257,9 +257,15 @@ void Grown::collect(const Vec3f& p, float limit, GatheredBeams* out) const {
     const Clump* root = this->root();
     if (root == nullptr) return;
     const BeamValues values = source_->values();
+    size_t opened = 0;
     visit(
         *root, [&](const Box3f& b) { return box_distance(b, asked) <= most && !failed(); },
-        [&](const Bud& bud, std::span<const uint32_t> state) { return get(bud, state); },
+        [&](const Bud& bud, std::span<const uint32_t> state) {
+            ClumpPtr clump = get(bud, state);
+            if (clump != nullptr) opened += clump->nodes_made();
+            if (opened > kMostOpened) note_crowd(bud);
+            return clump;
+        },
         [&](const Clump& clump, size_t beam) {
             const GrownBeam& of = clump.beams[beam];
             if (box_distance(box_of(of), asked) > most) return;
@@ -278,6 +284,7 @@ struct Grown::Search {
         return distance < kInfinity ? distance + slack + of_bodies * std::fabs(distance) : distance;
     }
     size_t compared = 0;  ///< beams
+    size_t opened = 0;    ///< nodes
     float distance = kInfinity;
     ClumpPtr clump;  ///< of the nearest so far; null: none
     size_t beam = 0;
@@ -330,6 +337,8 @@ void Grown::search(const Clump& clump, Search* best) const {
             if (bound(bud.bound) > best->reach()) continue;
             const ClumpPtr more = get(bud, clump.state(bud));
             if (more == nullptr) continue;
+            best->opened += more->nodes_made();
+            if (best->opened > kMostOpened) return note_crowd(bud);
             best->current = more;
             search(*more, best);
             best->current = mine;

@@ -273,6 +273,7 @@ class RuleSource final : public BodySource {
     /// Takes a node of a new level: its beam, and what holds its children.
     Result<void> take_node(size_t node, int32_t child, const Box3f& within, Level* level,
                            Clump* out) const {
+        const size_t beams_before = out->beams.size();
         GrownBeam beam;
         beam.id = level->ids[node];
         beam.level = level->level;
@@ -316,7 +317,10 @@ class RuleSource final : public BodySource {
         }
         const auto children =
             static_cast<int32_t>(level->columns.column(static_cast<size_t>(roles_.children))[node]);
-        if (children <= 0) return {};
+        if (children <= 0) {
+            out->empty += out->beams.size() == beams_before ? 1 : 0;
+            return {};
+        }
         if (children > kMostChildren)
             return error(where, fmt::format(messages::kTooManyChildren, children, kMostChildren),
                          messages::kTooManyChildrenHelp);
