@@ -7,7 +7,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <functional>
+#include <string_view>
+#include <vector>
 
+#include "base/input_file.h"
 #include "base/messages.h"
 #include "base/own_folder.h"
 #include "base/system_reason.h"
@@ -15,6 +19,35 @@
 namespace openfab {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// Writes all of it; returns 0 or the error's number.
+int write_all(int descriptor, std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t wrote = ::write(descriptor, bytes.data(), bytes.size());
+        if (wrote < 0 && errno != EINTR) return errno;
+        if (wrote > 0) bytes.remove_prefix(static_cast<size_t>(wrote));
+    }
+    return 0;
+}
+
+/// Makes a file under another name, which `fill` writes, and moves it to `file`, so that none is there in part. Both
+/// return 0 or an error's number.
+int make_at_once(const fs::path& file, mode_t mode, const std::function<int(int)>& fill) {
+    fs::path made;
+    const int descriptor = open_temporary(file, &made);
+    if (descriptor < 0) return errno;
+    int failed = fill(descriptor);
+    if (failed == 0 && ::fchmod(descriptor, mode) != 0) failed = errno;
+    if (failed == 0 && ::fsync(descriptor) != 0) failed = errno;
+    if (failed == 0 && ::rename(made.c_str(), file.c_str()) != 0) failed = errno;
+    if (failed != 0) ::unlink(made.c_str());
+    ::close(descriptor);
+    return failed;
+}
+
+}  // namespace
 
 Result<void> replace_file(const fs::path& file, const std::string& text) {
     const auto trouble = [&](int error) {
@@ -26,22 +59,37 @@ Result<void> replace_file(const fs::path& file, const std::string& text) {
     const fs::path real = fs::canonical(file, status);
     struct stat before {};
     if (status || ::stat(real.c_str(), &before) != 0) return trouble(ENOENT);
-    fs::path made;
-    const int descriptor = open_temporary(real, &made);
-    if (descriptor < 0) return trouble(errno);
-    size_t done = 0;
-    int failed = 0;
-    while (done < text.size() && failed == 0) {
-        const ssize_t wrote = ::write(descriptor, text.data() + done, text.size() - done);
-        if (wrote > 0) done += static_cast<size_t>(wrote);
-        if (wrote < 0 && errno != EINTR) failed = errno;
-    }
-    if (failed == 0 && ::fchmod(descriptor, before.st_mode & 07777) != 0) failed = errno;
-    if (failed == 0 && ::fsync(descriptor) != 0) failed = errno;
-    if (failed == 0 && ::rename(made.c_str(), real.c_str()) != 0) failed = errno;
-    if (failed != 0) ::unlink(made.c_str());
-    ::close(descriptor);
+    const int failed = make_at_once(real, before.st_mode & 07777,
+                                    [&](int descriptor) { return write_all(descriptor, text); });
     if (failed != 0) return trouble(failed);
+    return {};
+}
+
+Result<void> copy_at_once(const fs::path& from, const fs::path& to) {
+    const auto trouble = [&](const std::string& why) {
+        return outside_error(fmt::format(messages::kCannotCopy, from.string(), to.string(), why));
+    };
+    const Result<InputFile> source = InputFile::open(from);
+    if (!source) return trouble(source.error().text());
+    struct stat of_source {};
+    if (::fstat(source->descriptor(), &of_source) != 0) return trouble(system_reason(errno));
+    std::error_code status;
+    const fs::path there = fs::canonical(to, status);
+    Result<size_t> got{0};
+    const int failed =
+        make_at_once(status ? to : there, of_source.st_mode & 0777, [&](int descriptor) {
+            std::vector<char> buffer(1 << 20);
+            int code = 0;
+            for (int64_t at = 0; code == 0; at += static_cast<int64_t>(*got)) {
+                got = source->read(at, buffer.data(), buffer.size());
+                if (!got) return EIO;
+                if (*got == 0) break;
+                code = write_all(descriptor, {buffer.data(), *got});
+            }
+            return code;
+        });
+    if (!got) return trouble(got.error().text());
+    if (failed != 0) return trouble(system_reason(failed));
     return {};
 }
 

@@ -14,7 +14,9 @@
 #include <vector>
 
 #include "base/input_file.h"
+#include "base/messages.h"
 #include "base/own_folder.h"
+#include "base/replace_file.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -60,10 +62,9 @@ Result<void> copy_into(const fs::path& from, const fs::path& to) {
     if (fs::equivalent(from, to, status)) return {};  // it is imported where it lies
     status.clear();
     fs::create_directories(to.parent_path(), status);
-    if (!status) fs::copy_file(from, to, fs::copy_options::overwrite_existing, status);
-    if (!status) return {};
+    if (!status) return copy_at_once(from, to);
     return outside_error(
-        fmt::format(messages::kCannotCopy, from.string(), to.string(), status.message()));
+        fmt::format(openfab::messages::kCannotCopy, from.string(), to.string(), status.message()));
 }
 
 /// Writes the mesh, its files, pictures and fablet, and the world last.

@@ -18,6 +18,7 @@
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/own_folder.h"
+#include "base/replace_file.h"
 #include "base/say.h"
 #include "base/start_program.h"
 #include "base/text.h"
@@ -170,11 +171,7 @@ Result<fs::path> import_scan(const ImportArguments& arguments) {
     fs::create_directories(folder, status);
     const fs::path copy = folder / file.filename();
     if (!fs::equivalent(file, copy, status)) {
-        status.clear();
-        fs::copy_file(file, copy, fs::copy_options::overwrite_existing, status);
-        if (status)
-            return outside_error(
-                fmt::format(messages::kCannotCopy, file.string(), copy.string(), status.message()));
+        if (Result<void> copied = copy_at_once(file, copy); !copied) return copied.error();
     }
     const std::pair<fs::path, std::string> texts[] = {
         {folder / "stock_segment.fl", std::string(stock_text("stock_segment.fl"))},

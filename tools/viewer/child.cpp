@@ -4,26 +4,28 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <future>
-#include <string_view>
 
 #include "base/clean_exit.h"
+#include "base/clock.h"
 #include "base/input_file.h"
+#include "base/start_program.h"
+#include "base/system_reason.h"
 #include "tools/viewer/messages.h"
-
-extern char** environ;
 
 namespace openfab::viewer {
 
 namespace {
+
+std::atomic<int64_t> memory_of_programs{0};
 
 int code_of(int status) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -34,30 +36,30 @@ int code_of(int status) {
 Result<std::unique_ptr<Child>> Child::start(const std::vector<std::string>& argv,
                                             const std::filesystem::path& out,
                                             const std::filesystem::path& err) {
-    std::vector<char*> words;
-    for (const std::string& word : argv)
-        words.push_back(const_cast<char*>(word.c_str()));
-    words.push_back(nullptr);
-    constexpr int kWrite = O_WRONLY | O_CREAT | O_TRUNC;
+    constexpr int kWrite = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
     constexpr mode_t kMine = 0600;
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, out.c_str(), kWrite, kMine);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), kWrite, kMine);
-    posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
-    std::string ends_with = fmt::format("{}={}", kEndsWith, ::getpid());
-    std::vector<char*> environment;
-    for (char** one = environ; *one != nullptr; ++one) {
-        if (!std::string_view(*one).starts_with(fmt::format("{}=", kEndsWith)))
-            environment.push_back(*one);
-    }
-    environment.push_back(ends_with.data());
-    environment.push_back(nullptr);
+    ProgramStart start;
+    start.argv = argv;
+    start.in = open_null();
+    start.out = ::open(out.c_str(), kWrite, kMine);
+    start.err = ::open(err.c_str(), kWrite, kMine);
     pid_t process = 0;
-    const int failed =
-        posix_spawn(&process, words[0], &actions, nullptr, words.data(), environment.data());
-    posix_spawn_file_actions_destroy(&actions);
+    int failed = errno;
+    // On a full disk what it says would be lost, and above all that the disk is full.
+    constexpr off_t kWordBytes = 16 << 10;
+    const bool no_room = start.err >= 0 &&
+                         ::fallocate(start.err, FALLOC_FL_KEEP_SIZE, 0, kWordBytes) != 0 &&
+                         (errno == ENOSPC || errno == EDQUOT);
+    if (no_room) failed = errno;
+    if (!no_room && start.in >= 0 && start.out >= 0 && start.err >= 0)
+        failed = start_program(start, &process);
+    for (const int end : {start.in, start.out, start.err}) {
+        if (end >= 0) ::close(end);
+    }
+    if (no_room) {
+        return outside_error(
+            fmt::format(messages::kNoRoomForWords, err.string(), system_reason(failed)));
+    }
     if (failed != 0)
         return outside_error(fmt::format(messages::kCannotStart, argv[0], std::strerror(failed)));
     return std::unique_ptr<Child>(new Child(process));
@@ -96,6 +98,18 @@ std::optional<int> Child::exit_code() const {
 int Child::wait() {
     if (thread_.joinable()) thread_.join();
     return *exit_code();
+}
+
+void set_memory_of_programs(int64_t bytes) {
+    memory_of_programs.store(bytes);
+}
+
+std::vector<std::string> memory_words() {
+    const int64_t all = memory_of_programs.load();
+    if (all == 0) return {};
+    // Not less than the least that is an amount of memory: what needs more says so.
+    constexpr int64_t kLeast = 1'000'000;
+    return {fmt::format("--memory={}B", std::max(all - resident_bytes(), kLeast))};
 }
 
 std::string end_of_file(const std::filesystem::path& file, int64_t most) {

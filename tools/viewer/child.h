@@ -7,6 +7,7 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -43,6 +44,11 @@ class Child {
     std::optional<int> code_;
     std::thread thread_;
 };
+
+/// Bounds what programs of the viewer take that have a budget; 0, the default: they choose.
+void set_memory_of_programs(int64_t bytes);
+/// Returns the word of a command line with what is left of that for one that starts now; none without a bound.
+std::vector<std::string> memory_words();
 
 /// Returns up to `most` bytes of the end of a file; empty where it cannot be read.
 std::string end_of_file(const std::filesystem::path& file, int64_t most);

@@ -15,6 +15,7 @@
 #include "base/json.h"
 #include "base/json_text.h"
 #include "base/own_folder.h"
+#include "base/replace_file.h"
 #include "base/text.h"
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
@@ -75,10 +76,7 @@ Result<std::string> put_beside(const fs::path& file, const fs::path& folder) {
         const fs::path to = folder / name;
         std::error_code status;
         if (fs::symlink_status(to, status).type() == fs::file_type::not_found) {
-            fs::copy_file(file, to, status);
-            if (status)
-                return outside_error(
-                    fmt::format(messages::kCannotWriteWhy, to.string(), status.message()));
+            if (Result<void> copied = copy_at_once(file, to); !copied) return copied.error();
             return name;
         }
         if (fs::is_regular_file(fs::symlink_status(to, status)) && same_content(file, to))
@@ -150,10 +148,18 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
     if (!folder) return folder.error();
     const fs::path made = (*folder)->path() / "made";
     const fs::path err = (*folder)->path() / "import.err";
+    std::vector<std::string> argv{(programs_ / "openfab").string(),
+                                  "import",
+                                  as_argument(file),
+                                  "--fablet",
+                                  "solid",
+                                  "--one-material",
+                                  "--output",
+                                  made.string()};
+    for (const std::string& word : memory_words())
+        argv.push_back(word);
     Result<std::unique_ptr<Child>> child =
-        Child::start({(programs_ / "openfab").string(), "import", as_argument(file), "--fablet",
-                      "solid", "--one-material", "--output", made.string()},
-                     (*folder)->path() / "import.out", err);
+        Child::start(argv, (*folder)->path() / "import.out", err);
     if (!child) return child.error();
     const int code = (*child)->wait();
     const std::string words = end_of_file(err, kMostWords);

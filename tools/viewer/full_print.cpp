@@ -51,6 +51,8 @@ Result<void> FullPrint::begin(const fs::path& world, const std::vector<std::stri
                                   as_argument(output),
                                   "--progress",
                                   "json"};
+    for (const std::string& word : memory_words())
+        argv.push_back(word);
     for (const std::string& one : allow)
         argv.push_back(allow_argument(one));
     for (const std::string& setting : settings)

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstring>
 #include <exception>
+#include <system_error>
 #include <tuple>
 
 #include "base/clock.h"
@@ -52,8 +53,14 @@ Connections::Connections(int listening, Service service, const ConnectionLimits&
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       service_(std::move(service)),
       limits_(limits) {
-    for (size_t i = 0; i < limits_.threads; ++i)
-        threads_.emplace_back([this] { work(); });
+    threads_.reserve(limits_.threads);
+    try {
+        for (size_t i = 0; i < limits_.threads; ++i)
+            threads_.emplace_back([this] { work(); });
+    } catch (const std::system_error&) {
+        // Fewer will do, but none.
+        if (threads_.empty()) throw;
+    }
 }
 
 Connections::~Connections() {

@@ -10,8 +10,10 @@
 
 #include "base/input_file.h"
 #include "base/replace_file.h"
+#include "base/run_main.h"
 #include "tools/viewer/messages.h"
 #include "tools/viewer/uniform_value.h"
+#include "tools/viewer/world_lock.h"
 #include "tools/viewer/world_text.h"
 
 namespace openfab::viewer {
@@ -68,7 +70,7 @@ Live::Live(ViewOptions options, Session* session, std::unique_ptr<TemporaryFolde
       dropped_(options_.programs, folder_->path() / "dropped"),
       full_print_(options_.programs, folder_->path()),
       draft_(options_.draft) {
-    thread_ = std::thread([this] { run(); });
+    thread_ = std::thread([this] { run_thread([this] { run(); }); });
 }
 
 Live::~Live() {
@@ -254,6 +256,8 @@ Result<std::string> Live::save(int32_t fablet, const std::string& text, const st
     const Result<Source> of = source_of(fablet);
     if (!of) return of.error();
     const fs::path& path = of->path;
+    const Result<WorldLock> alone = WorldLock::take(&files_mutex_, options_.file);
+    if (!alone) return alone.error();
     const Result<std::string> there = read_source(path, of->roots);
     if (!there) return there.error();
     if (stamp_of(*there) != stamp) {
@@ -322,6 +326,8 @@ bool Live::values_are_taken() const {
 }
 
 Result<void> Live::write() {
+    const Result<WorldLock> alone = WorldLock::take(&files_mutex_, options_.file);
+    if (!alone) return alone.error();
     const std::lock_guard lock(mutex_);
     if (!values_are_taken()) {
         return user_error(phase_ == Phase::kFailed ? messages::kValuesFailed

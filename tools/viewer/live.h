@@ -166,6 +166,9 @@ class Live {
     Dropped dropped_;
     mutable FullPrint full_print_;
     std::atomic<bool> stop_{false};
+    std::mutex uses_mutex_;  ///< of use_file; taken before files_mutex_
+    std::mutex
+        files_mutex_;  ///< of what is in the world's folder (world_lock.h); taken before mutex_
 
     mutable std::mutex mutex_;              ///< of all below
     std::condition_variable changed_;       ///< of what the loop waits for

@@ -15,6 +15,7 @@
 #include "base/replace_file.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/messages.h"
+#include "tools/viewer/world_lock.h"
 #include "tools/viewer/world_text.h"
 
 namespace openfab::viewer {
@@ -99,21 +100,29 @@ Result<void> Live::upload(const std::string& name, int64_t at, const std::string
 
 Result<std::string> Live::use_file(const std::string& name, const std::string& object) {
     const fs::path world = fs::absolute(options_.file);
-    const Result<std::string> text = read_source(world);
-    if (!text) return text.error();
-    const Result<Dropped::Made> made = dropped_.use(name, object, world, *text);
-    if (!made) return made.error();
-    // It may have taken long.
-    const Result<std::string> now = read_source(world);
-    if (!now) return now.error();
-    if (*now != *text) return user_error(messages::kDropOnceMore);
-    if (Result<void> written = replace_file(world, made->world); !written) return written.error();
-    const std::lock_guard lock(mutex_);
-    touch();
-    JsonText out;
-    out.begin_object().member("name", made->entry).member("mesh", made->is_mesh);
-    out.member("notes", made->notes).end_object();
-    return out.take();
+    const std::lock_guard one_by_one(uses_mutex_);
+    // To import it may take long, and others change the world meanwhile.
+    constexpr int kTries = 3;
+    for (int i = 0; i < kTries; ++i) {
+        const Result<std::string> text = read_source(world);
+        if (!text) return text.error();
+        const Result<Dropped::Made> made = dropped_.use(name, object, world, *text);
+        if (!made) return made.error();
+        const Result<WorldLock> alone = WorldLock::take(&files_mutex_, world);
+        if (!alone) return alone.error();
+        const Result<std::string> now = read_source(world);
+        if (!now) return now.error();
+        if (*now != *text) continue;
+        if (Result<void> written = replace_file(world, made->world); !written)
+            return written.error();
+        const std::lock_guard lock(mutex_);
+        touch();
+        JsonText out;
+        out.begin_object().member("name", made->entry).member("mesh", made->is_mesh);
+        out.member("notes", made->notes).end_object();
+        return out.take();
+    }
+    return user_error(messages::kDropOnceMore);
 }
 
 Result<void> Live::begin_full_print() {
@@ -152,6 +161,8 @@ Result<void> Live::use_template(const std::string& name) {
                      (*folder)->path() / "new.out", err);
     if (!child) return child.error();
     if ((*child)->wait() != 0) return user_error(end_of_file(err, kMostWords));
+    const Result<WorldLock> alone = WorldLock::take(&files_mutex_, world);
+    if (!alone) return alone.error();
     for (const char* suffix : {".fl", ".fab.json"}) {
         const Result<std::string> text = read_source((*folder)->path() / stem / (stem + suffix));
         if (!text) return text.error();

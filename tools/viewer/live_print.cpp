@@ -72,6 +72,8 @@ void Live::begin_print() {
              {"--output=" + preview_.string(), std::string("--progress=json"),
               fmt::format("--draft={}", draft_), "--stats=" + statistics_file().string()})
             argv.push_back(word);
+        for (const std::string& word : memory_words())
+            argv.push_back(word);
         for (const std::string& folder : options_.allow)
             argv.push_back(allow_argument(folder));
         settings_ = options_.settings;

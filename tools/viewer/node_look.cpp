@@ -140,6 +140,8 @@ Result<std::string> NodeLooker::look(const Look& of, const JsonValue& printed) {
         argv.push_back("--set=" + setting);
     const fs::path out = (*folder)->path() / "look.out";
     const fs::path err = (*folder)->path() / "look.err";
+    for (const std::string& word : memory_words())
+        argv.push_back(word);
     Result<std::unique_ptr<Child>> child = Child::start(argv, out, err);
     if (!child) return child.error();
     if ((*child)->wait() != 0) {

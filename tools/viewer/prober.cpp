@@ -57,6 +57,8 @@ Result<std::vector<double>> Prober::fractions(const ProbedWorld& world,
         argv.push_back("--set=" + setting);
     const std::lock_guard lock(mutex_);
     const std::filesystem::path out = scratch_ / "probe.out", err = scratch_ / "probe.err";
+    for (const std::string& word : memory_words())
+        argv.push_back(word);
     Result<std::unique_ptr<Child>> child = Child::start(argv, out, err);
     if (!child) return child.error();
     if ((*child)->wait() != 0) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/color.h"
+#include "base/run_main.h"
 
 namespace openfab::viewer {
 
@@ -150,7 +151,7 @@ Volume::Volume(SliceStore* store, SliceStore* other)
     const auto parts = static_cast<size_t>(parts_) * static_cast<size_t>(cells_.z);
     has_part_.assign(parts, 0);
     codes_.resize(parts * layer_cells() * kSamples);
-    thread_ = std::thread([this] { run(); });
+    thread_ = std::thread([this] { run_thread([this] { run(); }); });
 }
 
 Volume::~Volume() {

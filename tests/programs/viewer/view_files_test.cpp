@@ -7,8 +7,15 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <filesystem>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
 
+#include "runtime/pipeline/messages.h"
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
 #include "tests/support/says/says.h"
@@ -113,6 +120,71 @@ TEST_F(ViewFiles, AUniformThatIsRenamedIsSoInTheWorld) {
         return phase == "failed" || (phase == "done" && member(s, "generation").number >= 2);
     });
     EXPECT_TRUE(is_done(state)) << member(member(state, "live"), "message").text;
+}
+
+/// Two windows, or two viewers of one folder: of several changes of one text one is made, and the others are told.
+TEST_F(ViewFiles, NoChangeIsLostBesideAnother) {
+    const Viewer one({world(), "--watch", "--draft", "4"}, cache());
+    const Viewer two({world(), "--watch", "--draft", "4"}, cache());
+    one.wait_for(is_done);
+    two.wait_for(is_done);
+    const auto at_once = [&](const std::function<void(const Viewer&, int)>& ask) {
+        std::vector<std::thread> threads;
+        for (int i = 0; i < 8; ++i)
+            threads.emplace_back([&, i] { ask(i % 2 == 0 ? one : two, i); });
+        for (std::thread& thread : threads)
+            thread.join();
+    };
+    const JsonValue source = one.get("/api/source?fablet=0").json();
+    std::atomic<int> saved{0}, refused{0}, winner{-1};
+    at_once([&](const Viewer& viewer, int i) {
+        JsonText body;
+        body.begin_object().member("fablet", 0);
+        body.member("text", member(source, "text").text + fmt::format("// window {}\n", i));
+        body.member("stamp", member(source, "stamp").text).end_object();
+        const int status = viewer.post("/api/source", body.take()).status;
+        (status == 200 ? saved : refused)++;
+        if (status == 200) winner = i;
+    });
+    EXPECT_EQ(saved, 1);
+    EXPECT_EQ(refused, 7);
+    EXPECT_THAT(member(one.get("/api/source?fablet=0").json(), "text").text,
+                ::testing::EndsWith(fmt::format("// window {}\n", winner.load())));
+
+    // Each is a picture of one pixel; a byte behind its end tells them apart.
+    const std::string pixel(
+        "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\x08\2\0\0\0\x90wS\xde\0\0\0\x0cIDAT"
+        "x\x9c"
+        "c\xf8\xcf\xc0\0\0\3\1\1\0\xc9\xfe\x92\xef\0\0\0\0IEND\xae"
+        "B`\x82",
+        69);
+    std::mutex mutex;
+    std::vector<std::string> used;
+    at_once([&](const Viewer& viewer, int i) {
+        const std::string name = fmt::format("p{}", i);
+        EXPECT_EQ(
+            viewer
+                .post("/api/upload?name=" + name + ".png&at=0", pixel + static_cast<char>('a' + i))
+                .status,
+            200);
+        const HttpAnswer answer =
+            viewer.post("/api/use", R"({"name": ")" + name + R"(.png", "object": "cube"})");
+        const std::lock_guard lock(mutex);
+        if (answer.status == 200) used.push_back(name);
+    });
+    EXPECT_GE(used.size(), 4u);
+    const std::string text = read_file(world());
+    for (const std::string& name : used)
+        EXPECT_THAT(text, HasSubstr('"' + name + R"(": {"file")"));
+}
+
+/// What the viewer starts gets what is left of its memory, and says where that is too little.
+TEST_F(ViewFiles, ItsProgramsKeepToItsMemory) {
+    const Viewer viewer({world(), "--watch", "--draft", "4", "--memory", "60MB"}, cache());
+    const JsonValue state = viewer.wait_for(
+        [](const JsonValue& s) { return member(member(s, "live"), "phase").text == "failed"; });
+    EXPECT_THAT(member(member(state, "live"), "message").text,
+                Says(pipeline::messages::kBudgetTooSmall));
 }
 
 TEST_F(ViewFiles, WithoutWatchNothingIsWritten) {

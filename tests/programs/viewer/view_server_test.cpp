@@ -223,6 +223,22 @@ TEST_F(ViewServer, WhatCannotBeShownIsRefusedWithAReason) {
     }
 }
 
+/// It serves, or says that it cannot; `timeout` ends what serves with 124.
+TEST_F(ViewServer, WithoutMemoryForThreadsItEndsWithAMessage) {
+    const std::string file = write(print_, "a.ofr");
+    for (int megabytes = 60; megabytes <= 240; megabytes += 20) {
+        const Outcome outcome =
+            run({"/bin/bash", "-c",
+                 fmt::format("ulimit -v {}; exec timeout 1 '{}' view '{}'", 1000 * megabytes,
+                             program("openfab").string(), file)});
+        // 127: not even its libraries find room.
+        EXPECT_THAT(outcome.exit_code, ::testing::AnyOf(3, 124, 127)) << megabytes << outcome.err;
+        if (outcome.exit_code == 3) {
+            EXPECT_THAT(outcome.err, HasSubstr("error: "));
+        }
+    }
+}
+
 TEST_F(ViewServer, TwoServersNeverShareAPort) {
     const std::string file = write(print_, "a.ofr");
     const Viewer viewer({file});
