@@ -24,7 +24,8 @@ struct GridOptions {
     int32_t draft = 1;
     std::optional<Vec2<double>> z_range_mm;
     std::optional<Vec2<int32_t>> slices;
-    bool crop_tray = false;  ///< the grid is the tray, not the box of the parts
+    std::optional<Vec2<int32_t>> part;  ///< x-th of y parts of the slices
+    bool crop_tray = false;             ///< the grid is the tray, not the box of the parts
 };
 
 /// Returns whether any option sets a pitch.

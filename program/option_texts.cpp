@@ -10,6 +10,7 @@
 
 #include "base/units.h"
 #include "program/messages.h"
+#include "runtime/pipeline/print_options.h"
 
 namespace openfab::program {
 
@@ -65,12 +66,25 @@ Result<Vec2<double>> parse_heights(const std::string& text) {
 }
 
 Result<Vec2<int32_t>> parse_slices(const std::string& text) {
+    const std::string from_start = text.starts_with(':') && text.size() > 1 ? "0" + text : text;
+    const std::string whole = from_start.ends_with(':') && from_start.size() > 1
+                                  ? fmt::format("{}{}", from_start, pipeline::kToTheEnd)
+                                  : from_start;
     return parse_range<int32_t>(
-        "--slices", text, "0:64", [&](const std::string& part) -> Result<int32_t> {
+        "--slices", whole, "0:64", [&](const std::string& part) -> Result<int32_t> {
             int32_t value = 0;
             if (parse_whole(part, &value)) return value;
             return bad_value("--slices", text, messages::kNotARange, "0:64");
         });
+}
+
+Result<Vec2<int32_t>> parse_part(const std::string& text) {
+    const size_t slash = text.find('/');
+    Vec2<int32_t> part;
+    if (slash != std::string::npos && parse_whole(text.substr(0, slash), &part.x) &&
+        parse_whole(text.substr(slash + 1), &part.y))
+        return part;
+    return bad_value("--part", text, messages::kNotAPart, "3/4");
 }
 
 Result<Vec3d> parse_vector(std::string_view option, const std::string& text,

@@ -24,8 +24,10 @@ Result<double> parse_length(std::string_view option, const std::string& text);
 Result<Vec2<double>> parse_dpi(const std::string& text);
 /// `A:B`, two lengths.
 Result<Vec2<double>> parse_heights(const std::string& text);
-/// `A:B`, two numbers.
+/// `A:B`, two numbers; `A:` to the end (pipeline::kToTheEnd), `:B` from the first.
 Result<Vec2<int32_t>> parse_slices(const std::string& text);
+/// `I/N`
+Result<Vec2<int32_t>> parse_part(const std::string& text);
 /// `X,Y,Z`
 Result<Vec3d> parse_vector(std::string_view option, const std::string& text,
                            std::string_view example);

@@ -47,6 +47,11 @@ Result<void> validate_grid(const GridOptions& o) {
         return usage_error(messages::kMeshPitchAndOthers);
     }
     if (o.z_range_mm && o.slices) return usage_error(messages::kHeightsAndSlices);
+    if (o.part && (o.z_range_mm || o.slices)) return usage_error(messages::kPartAndRange);
+    if (o.part && !(o.part->x >= 1 && o.part->x <= o.part->y)) {
+        return bad_value("--part", fmt::format("{}/{}", o.part->x, o.part->y), messages::kNotAPart,
+                         "3/4");
+    }
     if (o.dpi && !(o.dpi->x >= 1 && o.dpi->y >= 1 && o.dpi->x <= 1e5 && o.dpi->y <= 1e5)) {
         return bad_value("--dpi", fmt::format("{:g}x{:g}", o.dpi->x, o.dpi->y),
                          messages::kDpiOutside, "600x300");

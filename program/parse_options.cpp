@@ -41,10 +41,10 @@ constexpr const char* kUnits =
 
 /// Option texts as typed, before they are parsed.
 struct Raw {
-    std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
-                                                                        png = "rgba", isa;
+    std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, part, memory, progress = "auto",
+                                                                              png = "rgba", isa;
     std::string pitch, probe, slabs_in_flight, bleed, around, cell, cell_at, lattice, field_origin,
-        field_spacing;
+        field_spacing, slab_limit;
     std::vector<std::string> previews;
     std::string crop = "parts", sampling;
     bool no_cull = false;
@@ -109,8 +109,12 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->check(CLI::IsMember({"parts", "tray"}));
     app.add_option("--z", raw.z, "print only the heights A:B above the lowest slice")
         ->type_name("A:B");
-    app.add_option("--slices", raw.slices, "print only the slices A:B, B excluded")
+    app.add_option("--slices", raw.slices,
+                   "print only the slices A:B, B excluded, or A: to the end")
         ->type_name("A:B");
+    app.add_option("--part", raw.part,
+                   "print only the I-th of N parts, each of about as many slices, for N machines")
+        ->type_name("I/N");
     app.add_option(
            "--only-object", o.only_object,
            "print the voxels of this object alone, in the grid of the whole build; of one that "
@@ -171,6 +175,11 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--progress", raw.progress,
                    "on stderr: auto, plain, json (an object per line) or none")
         ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
+    app.add_option(
+           "--slab-limit", raw.slab_limit,
+           "end a print of which eight slices take longer than this, such as 10min; what is "
+           "written stays")
+        ->type_name("SECONDS");
     app.add_flag("--estimate", o.estimate,
                  "report voxels, memory, time and materials; print nothing");
     app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");
@@ -239,6 +248,7 @@ Result<void> read_grid(const Raw& raw, Options* o) {
              read(raw.lattice, vector("--lattice", "0.1,0.1,0.1"), &o->altered.lattice_mm),
              read(raw.z, parse_heights, &o->z_range_mm),
              read(raw.slices, parse_slices, &o->slices),
+             read(raw.part, parse_part, &o->part),
          }) {
         if (!done) return done;
     }
@@ -257,6 +267,13 @@ Result<void> read_texts(const Raw& raw, Options* o) {
         Result<preview::PreviewSpec> spec = preview::parse_preview(text);
         if (!spec) return spec.error();
         o->previews.push_back(std::move(*spec));
+    }
+    if (!raw.slab_limit.empty()) {
+        const bool plain = raw.slab_limit.find_first_not_of("0123456789.") == std::string::npos;
+        const Result<double> limit = parse_duration(plain ? raw.slab_limit + "s" : raw.slab_limit);
+        if (!limit || *limit <= 0)
+            return bad_value("--slab-limit", raw.slab_limit, messages::kNotATime, "10min");
+        o->slab_limit_seconds = *limit;
     }
     if (!raw.bleed.empty())
         o->bleed = raw.bleed;

@@ -27,6 +27,7 @@ pipeline::PrintOptions pipeline_options(const Options& options, const backends::
     result.print_line = hooks.print_line;
     result.fractions = hooks.fractions;
     result.began_seconds = hooks.began_seconds;
+    result.clock = hooks.clock;
     result.reserved_bytes = preview_bytes(options) + queue_bytes(options);
     result.memory_bytes = options.memory_bytes - result.reserved_bytes;
     if (!options.memory_given)
@@ -38,6 +39,7 @@ pipeline::PrintOptions pipeline_options(const Options& options, const backends::
     result.seed = options.seed;
     result.z_range_mm = options.z_range_mm;
     result.slices = options.slices;
+    result.part = options.part;
     result.culling = options.culling;
     result.slabs_in_flight = options.slabs_in_flight.value_or(0);
     result.isa = abi::best_isa(options.isa.value_or(OPENFAB_ISA_AVX512));

@@ -32,6 +32,7 @@ struct PrintHooks {
     int64_t sink_bytes_per_column = 0, sink_bytes_per_fraction = 0;
     std::optional<Box3d> window_mm{};  ///< see pipeline::PrintInput
     double began_seconds = 0;          ///< see pipeline::PrintOptions
+    pipeline::SlabClock* clock = nullptr;
 };
 
 struct PreparedPrint {

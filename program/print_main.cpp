@@ -27,6 +27,7 @@
 #include "program/probe.h"
 #include "program/process.h"
 #include "program/progress.h"
+#include "program/slab_watch.h"
 #include "program/statistics.h"
 #include "program/supersample.h"
 #include "runtime/part/settings.h"
@@ -90,7 +91,8 @@ Result<void> check_grey(const Options& options, bool grey, const pipeline::Print
 /// Runs the print. Statistics and pictures are written even if it ends early.
 Result<void> run(pipeline::PrintJob* print, const Options& options, const backends::Format* format,
                  const world::Printer& printer, const std::string& sizes,
-                 const std::atomic<bool>& interrupt, program::Progress& progress) {
+                 const std::atomic<bool>& interrupt, const pipeline::SlabClock& clock,
+                 program::Progress& progress) {
     DeferredInterrupt deferred;
     if (options.resume) deferred.say(messages::kInterruptedBeforeNewSlices);
     Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(options, printer, &interrupt);
@@ -110,7 +112,8 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
         }
         progress.update(event);
     };
-    Result<void> done = print->run(**sink, update, interrupt, &statistics);
+    Result<void> done =
+        run_watched(print, **sink, update, interrupt, clock, options, &progress, &statistics);
     progress.end();
     add_cost(printer, print->info(), &statistics);
     if (const std::string nothing = nothing_printed(statistics, sizes); !nothing.empty()) {
@@ -138,6 +141,8 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     program::Progress progress(options.progress, stderr);
     PrintHooks hooks{.interrupt = interrupt};
     hooks.began_seconds = began_seconds;
+    pipeline::SlabClock clock;
+    hooks.clock = &clock;
     const bool prints = !options.estimate && !options.dry_run;
     std::optional<raster::FractionFile> fractions;
     CoarsePrint coarse;
@@ -189,8 +194,8 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     Options of_codes = options;
     // Grey pictures have a print of their own.
     if (grey) of_codes.output.clear(), of_codes.format.clear();
-    const Result<void> done =
-        run(ready->print.get(), of_codes, ready->format, job.printer, sizes, interrupt, progress);
+    const Result<void> done = run(ready->print.get(), of_codes, ready->format, job.printer, sizes,
+                                  interrupt, clock, progress);
     if (!done || hooks.fractions != &coarse) return done;
     ready->print.reset();  // and its memory
     if (grey) {

@@ -101,6 +101,7 @@ std::string Progress::describe(const pipeline::ProgressEvent& event,
 }
 
 void Progress::update(const pipeline::ProgressEvent& event) {
+    const std::lock_guard lock(mutex_);
     if (start_.slices_done == 0) start_ = event;
     const bool last = event.slices_done >= event.slices_total;
     if (style_ == Style::kNone || (event.seconds < due_seconds_ && !last)) return;
@@ -145,6 +146,7 @@ void Progress::show_json(const pipeline::ProgressEvent& event) {
 }
 
 void Progress::print_line(const std::string& line) {
+    const std::lock_guard lock(mutex_);
     end();
     put(stream_,
         style_ == Style::kJson ? json_event("print", "line", line) : printable(line) + '\n');
@@ -152,6 +154,7 @@ void Progress::print_line(const std::string& line) {
 }
 
 void Progress::warn(const std::string& message) {
+    const std::lock_guard lock(mutex_);
     end();
     put(stream_, style_ == Style::kJson ? json_event("warning", "text", message)
                                         : "warning: " + printable(message) + '\n');
@@ -160,13 +163,25 @@ void Progress::warn(const std::string& message) {
 
 void Progress::note(const std::string& message) {
     if (style_ == Style::kNone) return;
+    const std::lock_guard lock(mutex_);
     end();
     put(stream_, style_ == Style::kJson ? json_event("note", "text", message)
                                         : "note: " + printable(message) + '\n');
     std::fflush(stream_);
 }
 
+void Progress::slow(int32_t first, int32_t last, double seconds) {
+    if (style_ != Style::kJson)
+        return note(fmt::format(messages::kSlowSlab, first, last, format_seconds(seconds)));
+    const std::lock_guard lock(mutex_);
+    put(stream_,
+        fmt::format("{{\"event\": \"slow\", \"first\": {}, \"last\": {}, \"seconds\": {:.0f}}}\n",
+                    first, last, seconds));
+    std::fflush(stream_);
+}
+
 void Progress::fail(const Error& error, std::string_view setting) {
+    const std::lock_guard lock(mutex_);
     end();
     put(stream_, style_ == Style::kJson ? error_event(error, setting) : render_error(error));
     std::fflush(stream_);
@@ -178,6 +193,7 @@ std::string Progress::error_text(const Error& error, std::string_view setting) c
 }
 
 void Progress::end() {
+    const std::lock_guard lock(mutex_);
     if (!bar_shown_) return;
     put(stream_, kClearLine);
     std::fflush(stream_);

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -34,6 +35,9 @@ class Progress {
     /// in every mode, a note not where nothing is to be said of the print's progress.
     void warn(const std::string& message);
     void note(const std::string& message);
+    /// Tells that slices take long; from any thread, as all of these. JSON: `{"event": "slow", "first": …, "last": …,
+    /// "seconds": …}`.
+    void slow(int32_t first, int32_t last, double seconds);
     /// Shows the error that ended the print, in every mode: as JSON `{"event": "error", "text": …, "help": …}`, with
     /// "file", "line" and "column" if it has a location, or with "setting" if it is about a `--set`.
     void fail(const Error& error, std::string_view setting);
@@ -56,6 +60,7 @@ class Progress {
 
     Style style_;
     std::FILE* stream_;
+    std::recursive_mutex mutex_;
     pipeline::ProgressEvent start_;  ///< the first event; slices_done is 0 before it
     double due_seconds_ = 0;
     bool bar_shown_ = false;

@@ -23,6 +23,7 @@ struct RunOptions {
     bool memory_given = false;
     std::optional<int32_t> threads;  ///< empty: all cores
     ProgressMode progress = ProgressMode::kAuto;
+    std::optional<double> slab_limit_seconds;  ///< a slab that takes longer ends the print
     bool estimate = false;
     bool dry_run = false;
     bool culling = true;                     ///< this and the next two are for tests

@@ -9,16 +9,17 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "backends/raster/formats.h"
 #include "backends/raster/fraction_average.h"
 #include "backends/raster/fraction_file.h"
 #include "backends/raster/grey_stack.h"
+#include "base/cores.h"
 #include "program/messages.h"
 #include "program/outputs.h"
 #include "program/prepare.h"
+#include "program/slab_watch.h"
 
 namespace openfab::program {
 
@@ -63,7 +64,7 @@ Options options_of_parts(const Options& options, const pipeline::PrintInfo& coar
     fine.pitch_mm = Vec3d{pitch.x / parts.x, pitch.y / parts.y, pitch.z / parts.z};
     fine.voxel_mm.reset(), fine.dpi.reset(), fine.layer_mm.reset(), fine.mesh_pitch_mm.reset();
     fine.draft = 1;
-    fine.z_range_mm.reset(), fine.slices.reset();
+    fine.z_range_mm.reset(), fine.slices.reset(), fine.part.reset();
     fine.output.clear(), fine.format.clear(), fine.stats_file.clear(), fine.previews.clear();
     fine.more_outputs.clear();
     return fine;
@@ -78,8 +79,7 @@ Box3d box_of_slices(const pipeline::PrintInfo& info) {
 }
 
 int64_t bytes_of_means(const Options& options, const Vec3i& parts) {
-    const int32_t threads =
-        options.threads.value_or(static_cast<int32_t>(std::thread::hardware_concurrency()));
+    const int32_t threads = options.threads.value_or(usable_cores());
     // A slab more than threads may be in flight.
     return raster::FractionAverage::bytes_per_fraction(parts, threads + 1);
 }
@@ -105,6 +105,8 @@ Result<void> print_means(const CoarsePrint& coarse, const pipeline::PrintInfo& i
     PrintHooks hooks{.interrupt = interrupt};
     hooks.window_mm = box_of_slices(info);
     hooks.sink_bytes_per_fraction = bytes_of_means(options, parts);
+    pipeline::SlabClock clock;
+    hooks.clock = &clock;
     raster::FractionAverage average(info, parts, to);
     hooks.fractions = &average;
     Result<PreparedPrint> ready =
@@ -112,9 +114,10 @@ Result<void> print_means(const CoarsePrint& coarse, const pipeline::PrintInfo& i
     if (!ready) return ready.error();
     raster::AveragedSlices slices(&average, std::move(layer));
     pipeline::PrintStatistics statistics;
-    Result<void> done = ready->print->run(
-        slices, [&](const pipeline::ProgressEvent& event) { progress->update(event); }, interrupt,
-        &statistics);
+    Result<void> done = run_watched(
+        ready->print.get(), slices,
+        [&](const pipeline::ProgressEvent& event) { progress->update(event); }, interrupt, clock,
+        options, progress, &statistics);
     progress->end();
     pipeline::PrintTotals totals = coarse.totals();
     totals.complete = totals.complete && average.complete();

@@ -136,9 +136,25 @@ Result<Vec2<int32_t>> slice_range(const part::Grid& grid, const PrintOptions& op
     Vec2<int32_t> range{0, grid.size.z};
     if (options.slices) {
         range = *options.slices;
+        if (range.y == kToTheEnd && range.x < grid.size.z) range.y = grid.size.z;
         if (range.x < 0 || range.y > grid.size.z || range.x >= range.y) {
-            return user_error(fmt::format(messages::kSlicesOutside, range.x, range.y, grid.size.z));
+            return user_error(fmt::format(messages::kSlicesOutside, range.x,
+                                          range.y == kToTheEnd ? "" : std::to_string(range.y),
+                                          grid.size.z));
         }
+    } else if (options.part) {
+        // On borders of slabs, so that no work is done twice.
+        constexpr int64_t kSlab = 8;
+        const int64_t slabs = (grid.size.z + kSlab - 1) / kSlab;
+        const auto [part, parts] = *options.part;
+        if (parts > slabs)
+            return user_error(fmt::format(messages::kMorePartsThanSlabs, part, parts, slabs));
+        const int64_t count = parts;
+        const auto begin_of = [&](int32_t one) {
+            return static_cast<int32_t>(
+                std::min<int64_t>(one * slabs / count * kSlab, grid.size.z));
+        };
+        range = {begin_of(part - 1), begin_of(part)};
     } else if (options.z_range_mm) {
         const Vec2<double> z = *options.z_range_mm;
         const double top = grid.size.z * grid.pitch_mm.z;

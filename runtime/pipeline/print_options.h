@@ -15,10 +15,14 @@
 #include "base/vec.h"
 #include "runtime/dither/dither_rule.h"
 #include "runtime/pipeline/fraction_sink.h"
+#include "runtime/pipeline/slab_clock.h"
 #include "runtime/process/bleed.h"
 #include "runtime/process/nozzles.h"
 
 namespace openfab::pipeline {
+
+/// The end of a range of slices that is open.
+constexpr int32_t kToTheEnd = INT32_MAX;
 
 struct PrintOptions {
     int64_t memory_bytes = kDefaultMemoryBytes;  ///< without the reserved part
@@ -29,8 +33,9 @@ struct PrintOptions {
     std::string dither = dither::kOwnDitherName;
     uint64_t seed = 0;
     std::optional<Vec2<double>> z_range_mm;  ///< --z, above the grid's lowest corner
-    std::optional<Vec2<int32_t>> slices;     ///< --slices A:B, B exclusive
-    bool culling = true;  ///< off: every covered block is evaluated voxel by voxel
+    std::optional<Vec2<int32_t>> slices;  ///< --slices A:B, B exclusive; kToTheEnd: all from A on
+    std::optional<Vec2<int32_t>> part;    ///< --part I/N: the I-th of N, of about as many slabs
+    bool culling = true;                  ///< off: every covered block is evaluated voxel by voxel
     bool infer_identity = true;
     int32_t slabs_in_flight =
         0;  ///< 0: from threads and memory; the output never depends on it, which tests check
@@ -41,6 +46,7 @@ struct PrintOptions {
     openfab_isa isa = OPENFAB_ISA_AVX512;  ///< the best to use
     /// Once set, set-up and run end soon; set-up fails. It must outlive the print.
     const std::atomic<bool>* interrupt = nullptr;
+    SlabClock* clock = nullptr;  ///< told which slabs are made; null: nobody watches
     bool interrupted() const {
         return interrupt != nullptr && interrupt->load(std::memory_order_relaxed);
     }

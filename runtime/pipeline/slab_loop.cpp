@@ -68,8 +68,9 @@ void SlabLoop::begin_period() const {
 void SlabLoop::print_first(int32_t slab, const SlabTarget& target) {
     begin_period();
     SlabRun* run = take_run();
-    const abi::KernelStatus begun = run->begin(slab, &evaluators_, target.interrupt);
     SlabSlices slices = with_nozzles(setup_.slices_of(slab));
+    const SlabClock::Running running(setup_.options.clock, slices.first, slices.end);
+    const abi::KernelStatus begun = run->begin(slab, &evaluators_, target.interrupt);
     // printf lines are ordered by column of a slab, which printing a single slice would break.
     const bool has_printf = std::any_of(
         setup_.parts.begin(), setup_.parts.end(),
@@ -89,6 +90,7 @@ void SlabLoop::print_first(int32_t slab, const SlabTarget& target) {
 FinishedSlices SlabLoop::print_slab(const SlabSlices& slab, const SlabTarget& target) {
     begin_period();
     SlabRun* run = take_run();
+    const SlabClock::Running running(setup_.options.clock, slab.first, slab.end);
     const abi::KernelStatus begun = run->begin(slab.slab, &evaluators_, target.interrupt);
     FinishedSlices finished = print_slices(slab, begun, run, target);
     runs_.give(run);

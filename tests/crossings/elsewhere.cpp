@@ -39,6 +39,8 @@ constexpr Elsewhere kElsewhere[] = {
     {"--fractions-supersample", "mixtures: print_fractions_test"},
     {"--progress", "what is said"},
     {"--dry-run", "a print without its slices"},
+    {"--part", "slices of it: print_merge_test"},
+    {"--slab-limit", "ends a print: print_generator_test"},
     {"--only-object",
      "the voxels of an object: print_only_object_test, and the column `marker` through mechanics"},
     {"--as-built",

@@ -21,6 +21,8 @@ PROGRAM = Path(__file__).parents[2] / "program"
 # Fields that Python does not set, and why.
 REASONS = {
     "probe_mm": "`sample` has boxes of voxels",
+    "part": "`slices` says it",
+    "slab_limit_seconds": "whoever waits for the print interrupts it",
     "resume": "an output of Python is there once it is complete",
     "stats_file": "`Print.statistics` has them",
     "fractions_file": "slices have them, and `sample` gives them",

@@ -24,6 +24,7 @@
 
 #include "abi/kernel_call.h"
 #include "base/clean_exit.h"
+#include "base/cores.h"
 #include "base/start_program.h"
 #include "compiler/lower/code/abi_header.h"
 
@@ -112,7 +113,7 @@ void run_each(size_t count, int threads_wanted, const std::function<void(size_t)
             work(k);
     };
     const size_t wanted = threads_wanted > 0 ? static_cast<size_t>(threads_wanted)
-                                             : std::max(1u, std::thread::hardware_concurrency());
+                                             : static_cast<size_t>(usable_cores());
     std::vector<std::thread> threads;
     for (size_t k = 1; k < std::min(wanted, count); ++k)
         threads.emplace_back(run);

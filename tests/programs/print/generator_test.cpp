@@ -16,6 +16,7 @@
 
 #include "base/messages.h"
 #include "mesh/model/messages.h"
+#include "program/messages.h"
 #include "runtime/part/messages.h"
 #include "runtime/solid/messages.h"
 #include "tests/programs/print/process_fixture.h"
@@ -248,6 +249,30 @@ TEST_F(Generator, EndsWithThePrint) {
             EXPECT_FALSE(is_running(child)) << signal << mind;
         }
     }
+}
+
+/// Which slices take long is told, and an unattended machine ends it.
+TEST_F(Generator, ASlabMayTakeSoLong) {
+    program(R"(
+while read word key box; do
+    case $key in
+    root) echo "beam 0 0 0.8  0 0 5  0.7 0.5"; echo "more b -5.5 -5.5 6 5.5 5.5 11.5" ;;
+    *) sleep 300 ;;
+    esac
+    echo done
+done
+)");
+    const Outcome outcome =
+        print({"--allow-programs", "-o", path("cut.ofr"), "--slab-limit", "2"}, "g.fab.json");
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    EXPECT_THAT(outcome.err, Says(program::messages::kSlabTooLong));
+    EXPECT_THAT(outcome.err, HasSubstr("the `--slab-limit`"));
+    program(kTree);
+    EXPECT_EQ(
+        print({"--allow-programs", "-o", path("a.ofr"), "--slab-limit", "10min"}, "g.fab.json")
+            .exit_code,
+        0);
+    EXPECT_EQ(print({"-o", path("a.ofr"), "--slab-limit", "-1"}, "g.fab.json").exit_code, 2);
 }
 
 /// What a program leaves in the background when it has answered, or is too slow.

@@ -8,6 +8,8 @@
 
 #include <map>
 
+#include "program/messages.h"
+#include "runtime/pipeline/messages.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -117,6 +119,45 @@ TEST_F(Merge, WhatIsMissingAtTheEndsIsNamed) {
 
     expect_refused({"--whole", "a.ofr", "b.ofr"}, told(top, "`--slices 20:40`"));
     EXPECT_EQ(merge({"--whole", "a.ofr", "b.ofr", "c.ofr"}, "all2.ofr").exit_code, 0);
+}
+
+/// Each of N machines asks for its part, whatever the number of slices is.
+TEST_F(Merge, PartsOfANumberAreTheWhole) {
+    print("whole.ofr");
+    std::vector<std::string> files{"--whole"};
+    for (int i = 1; i <= 3; ++i) {
+        files.push_back(fmt::format("{}.ofr", i));
+        ASSERT_EQ(run({test_program("openfab_test_print_4"), path("w.fab.json"), "--voxel",
+                       "0.25mm", "-o", path(files.back()), "--part", fmt::format("{}/3", i)})
+                      .exit_code,
+                  0);
+        const std::string told = run({program("openfab"), "info", path(files.back())}).out;
+        // Five slabs: 1, 2 and 2 of them.
+        const char* const expected[] = {"slices     0 to 7 of 40", "slices     8 to 23 of 40",
+                                        "slices     24 to 39 of 40"};
+        EXPECT_THAT(told, HasSubstr(expected[i - 1]));
+    }
+    ASSERT_EQ(merge(files, "merged.ofr").exit_code, 0);
+    EXPECT_EQ(read_file(path("merged.ofr")), read_file(path("whole.ofr")));
+    const auto refused = [&](const std::vector<std::string>& more, const std::string& message) {
+        std::vector<std::string> argv{test_program("openfab_test_print_4"),
+                                      path("w.fab.json"),
+                                      "--voxel",
+                                      "0.25mm",
+                                      "-o",
+                                      path("no.ofr")};
+        argv.insert(argv.end(), more.begin(), more.end());
+        const Outcome outcome = run(argv);
+        EXPECT_NE(outcome.exit_code, 0);
+        EXPECT_THAT(outcome.err, Says(message));
+    };
+    refused({"--part", "2/6"}, fmt::format(pipeline::messages::kMorePartsThanSlabs, 2, 6, 5));
+    refused({"--part", "0/3"}, program::messages::kNotAPart);
+    refused({"--part", "4/3"}, program::messages::kNotAPart);
+    refused({"--part", "3"}, program::messages::kNotAPart);
+    refused({"--part", "1/3", "--slices", "0:8"}, program::messages::kPartAndRange);
+    refused({"--slices", "40:"}, fmt::format(pipeline::messages::kSlicesOutside, 40, "", 40));
+    refused({"--slices", ":"}, program::messages::kNotARange);
 }
 
 TEST_F(Merge, WhatIsNotOnePrintIsRefused) {
