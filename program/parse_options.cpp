@@ -180,6 +180,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
            "end a print of which eight slices take longer than this, such as 10min; what is "
            "written stays")
         ->type_name("SECONDS");
+    app.add_flag("--no-cache", o.no_cache,
+                 "convert pictures and scans for this print alone, and keep nothing of them");
     app.add_flag("--estimate", o.estimate,
                  "report voxels, memory, time and materials; print nothing");
     app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");

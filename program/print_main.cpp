@@ -34,6 +34,7 @@
 #include "runtime/pipeline/messages.h"
 #include "runtime/pipeline/print_job.h"
 #include "runtime/segments/printf_log.h"
+#include "texture/cache.h"
 
 namespace openfab::program {
 
@@ -228,6 +229,7 @@ int print_main(int argc, char** argv, const openfab_fablet_list& fablets) {
         show(options->text);
         return finish({});
     }
+    if (options->no_cache) texture::keep_no_textures();
     const std::atomic<bool>& interrupt =
         install_interrupt(exit_code(ErrorCode::kInterrupted), messages::kInterruptedBeforeSlices);
     return finish(run_print(*options, fablets, interrupt), options->progress);

@@ -24,6 +24,7 @@ struct RunOptions {
     std::optional<int32_t> threads;  ///< empty: all cores
     ProgressMode progress = ProgressMode::kAuto;
     std::optional<double> slab_limit_seconds;  ///< a slab that takes longer ends the print
+    bool no_cache = false;                     ///< converted pictures and scans are not kept
     bool estimate = false;
     bool dry_run = false;
     bool culling = true;                     ///< this and the next two are for tests

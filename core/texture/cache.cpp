@@ -215,6 +215,8 @@ Result<std::vector<std::string>> make_with_helper(const fs::path& image,
                     : fmt::format(messages::kFailedWithCode, WEXITSTATUS(result->status))));
 }
 
+std::atomic<bool> no_textures_kept{false};
+
 /// Returns the folder of the cache from the environment; empty if not set.
 fs::path wanted_cache() {
     if (const std::string own = environment("OPENFAB_CACHE"); !own.empty()) return own;
@@ -242,19 +244,21 @@ Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path
                                                     const ImageOptions& options, WrapModes wrap,
                                                     int32_t filter, const ReadLimits& limits,
                                                     const std::vector<std::string>& more) {
+    const bool keeps_any = keeps_textures();
     const Result<fs::path> cache = cache_folder();
     std::unique_ptr<TemporaryFolder> own;
     fs::path file;
-    if (cache) {
+    if (cache && keeps_any) {
         file = *cache / cache_name(key);
         if (Result<std::shared_ptr<const Pyramid>> cached = Pyramid::open(file, wrap, filter))
             return cached;
     }
-    if (const Result<void> keeps = check_keeps(cache); keeps) {
+    if (const Result<void> keeps = check_keeps(cache); keeps && keeps_any) {
         clear_left_over(*cache);
     } else {
         static std::atomic<bool> noted{false};
-        if (!noted.exchange(true)) note(fmt::format(messages::kNotCached, keeps.error().text()));
+        if (keeps_any && !noted.exchange(true))
+            note(fmt::format(messages::kNotCached, keeps.error().text()));
         // The mapping outlives the file.
         Result<std::unique_ptr<TemporaryFolder>> made = TemporaryFolder::create();
         if (!made) return made.error();
@@ -266,6 +270,14 @@ Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path
     if (!notes) return notes.error();
     keep_notes(*notes, file);
     return Pyramid::open(file, wrap, filter);
+}
+
+void keep_no_textures() {
+    no_textures_kept.store(true);
+}
+
+bool keeps_textures() {
+    return !no_textures_kept.load() && environment("OPENFAB_NO_CACHE").empty();
 }
 
 Result<fs::path> cache_folder(const std::string& part) {

@@ -37,6 +37,11 @@ struct ReadLimits {
 /// callers then work without a cache.
 Result<std::filesystem::path> cache_folder(const std::string& part = {});
 
+/// From now on, converted pictures and scans are neither taken from the cache nor put there: each process makes
+/// its own, in a temporary folder which goes with it. So it is from the start where OPENFAB_NO_CACHE is set.
+void keep_no_textures();
+bool keeps_textures();
+
 /// Fails where nothing can be kept in what cache_folder has returned: it failed, or the folder can only be
 /// read. Callers then say so, once, and make what they need in a temporary folder.
 Result<void> check_keeps(const Result<std::filesystem::path>& folder);

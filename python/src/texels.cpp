@@ -83,6 +83,7 @@ float light(T value, const std::string& space) {
 /// Writes the pyramid of a key to the cache unless it is there; `fill` writes level 0.
 template <typename Fill>
 bool keep(uint64_t key, const texture::PyramidLayout& layout, const Fill& fill) {
+    if (!texture::keeps_textures()) return false;
     const Result<fs::path> cache = texture::cache_folder();
     if (!texture::check_keeps(cache)) return false;
     const fs::path file = *cache / texture::cache_name(key);

@@ -40,6 +40,7 @@ constexpr Elsewhere kElsewhere[] = {
     {"--progress", "what is said"},
     {"--dry-run", "a print without its slices"},
     {"--part", "slices of it: print_merge_test"},
+    {"--no-cache", "what is kept: openfab_print_cache_test"},
     {"--slab-limit", "ends a print: print_generator_test"},
     {"--only-object",
      "the voxels of an object: print_only_object_test, and the column `marker` through mechanics"},

@@ -23,6 +23,7 @@ REASONS = {
     "probe_mm": "`sample` has boxes of voxels",
     "part": "`slices` says it",
     "slab_limit_seconds": "whoever waits for the print interrupts it",
+    "no_cache": "OPENFAB_NO_CACHE says it",
     "resume": "an output of Python is there once it is complete",
     "stats_file": "`Print.statistics` has them",
     "fractions_file": "slices have them, and `sample` gives them",

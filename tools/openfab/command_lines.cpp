@@ -213,6 +213,21 @@ void add_merge(CLI::App& app, Action* action) {
     command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
 }
 
+void add_cache(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "cache", "list, bound or purge what is kept between prints, converted scans among it");
+    auto a = std::make_shared<CacheArguments>();
+    command->add_flag("--files", a->files, "list each file, those unused longest first");
+    CLI::Option* limit =
+        command->add_option("--limit", a->limit,
+                            "remove what is unused longest until the rest takes this, such as 5GB");
+    limit->type_name("SIZE");
+    command->add_option("--purge", a->purge, "remove all of a kind")
+        ->check(CLI::IsMember(cache_kinds()))
+        ->excludes(limit);
+    command->callback([a, action] { *action = [a] { return run_cache(*a); }; });
+}
+
 void add_printers(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "printers", "list known printers, or show one with the sources of its figures");
@@ -444,6 +459,7 @@ void add_commands(CLI::App& app, Action* action) {
     add_export(app, action);
     add_merge(app, action);
     add_printers(app, action);
+    add_cache(app, action);
     add_property(app, action);
     add_split(app, action);
     add_arrange(app, action);

@@ -53,6 +53,11 @@ struct ReceiveArguments {
     int32_t buffer = 20;
 };
 
+struct CacheArguments {
+    std::string limit, purge;
+    bool files = false;  ///< lists each
+};
+
 /// `new`: makes a folder, whose last part names the fablet, from a template.
 Result<void> make_folder(const std::string& path, const std::string& from);
 /// Returns "starter, solid, …", and each of them.
@@ -72,6 +77,10 @@ Result<void> verify(const std::string& file, const std::string& memory);
 Result<void> run_export(ExportOptions options);
 /// `merge`: writes the parts of one print, .ofr files made with `--slices`, as one.
 Result<void> run_merge(MergeOptions options);
+/// `cache`: lists what is kept between prints, or removes of it.
+Result<void> run_cache(const CacheArguments& arguments);
+/// Returns what it can purge.
+std::vector<std::string> cache_kinds();
 /// `printers`: lists the printers that are known, or shows one, by name or file.
 Result<void> list_printers(const std::string& name, bool json);
 /// `property`: writes a table of mixtures as a module of OpenFL, to standard output where `output` is

@@ -8,7 +8,9 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -25,6 +27,30 @@ using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
+
+constexpr const char* kPictured = R"(fablet Pictured {
+    @uniform { Material body, ink; ImageTexture2D map; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        float share = map.Sample1(attr.voxelCenter.x / 4, attr.voxelCenter.y / 3, 0);
+        mc.Set(body, share);
+        mc.Set(ink, 1 - share);
+        return mc;
+    }
+}
+)";
+constexpr const char* kPicturedWorld = R"({
+  "openfab": 1,
+  "printer": "generic",
+  "fablets": {"pictured": {"source": "pictured.fl", "fablet": "Pictured"}},
+  "materials": {"resin": {"key": "#ffffff"}, "black": {"key": "#000000"}},
+  "textures": {"map": {"file": "map.pgm"}},
+  "meshes": {"block": {"box": [4, 3, 2]}},
+  "objects": {"thing": {"mesh": "block", "fablet": "pictured",
+                        "uniforms": {"body": "resin", "ink": "black", "map": "map"}}},
+  "build": [{"object": "thing"}]
+}
+)";
 
 TEST_F(OpenfabPrint, CompilesOnceAndAgainWhenTheSourceChanged) {
     const Outcome first = print({path("world.fab.json"), "-o", path("a.ofr")});
@@ -64,29 +90,8 @@ TEST_F(OpenfabPrint, LeavesNoFolderBehindWhenItIsEndedWhileItCompiles) {
 }
 
 TEST_F(OpenfabPrint, ACacheThatCannotBeWrittenToIsReadAndKeepsNothing) {
-    scratch_.write("pictured.fl", R"(fablet Pictured {
-    @uniform { Material body, ink; ImageTexture2D map; }
-    @Volume(@varying { VolumeAttributes attr }) {
-        MaterialComposition mc;
-        float share = map.Sample1(attr.voxelCenter.x / 4, attr.voxelCenter.y / 3, 0);
-        mc.Set(body, share);
-        mc.Set(ink, 1 - share);
-        return mc;
-    }
-}
-)");
-    scratch_.write("world.fab.json", R"({
-  "openfab": 1,
-  "printer": "generic",
-  "fablets": {"pictured": {"source": "pictured.fl", "fablet": "Pictured"}},
-  "materials": {"resin": {"key": "#ffffff"}, "black": {"key": "#000000"}},
-  "textures": {"map": {"file": "map.pgm"}},
-  "meshes": {"block": {"box": [4, 3, 2]}},
-  "objects": {"thing": {"mesh": "block", "fablet": "pictured",
-                        "uniforms": {"body": "resin", "ink": "black", "map": "map"}}},
-  "build": [{"object": "thing"}]
-}
-)");
+    scratch_.write("pictured.fl", kPictured);
+    scratch_.write("world.fab.json", kPicturedWorld);
     scratch_.write("map.pgm", "P2 2 2 255 10 200 90 30\n");
     fs::create_directories(path("cache/prints"));
     RunOptions options;
@@ -117,6 +122,61 @@ TEST_F(OpenfabPrint, ACacheThatCannotBeWrittenToIsReadAndKeepsNothing) {
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("c.ofr")));
     print_with(0700, "c.ofr");
+}
+
+/// What is kept is listed, bounded and purged; a converted picture is not kept where that is asked for.
+TEST_F(OpenfabPrint, TheCacheIsListedAndPurged) {
+    scratch_.write("pictured.fl", kPictured);
+    scratch_.write("world.fab.json", kPicturedWorld);
+    scratch_.write("map.pgm", "P2 2 2 255 10 200 90 30\n");
+    const auto cache = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> argv{program("openfab"), "cache"};
+        argv.insert(argv.end(), more.begin(), more.end());
+        return run(argv, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
+    };
+    const auto textures = [&] {
+        return std::count_if(
+            fs::directory_iterator(path("cache")), {},
+            [](const fs::directory_entry& entry) { return entry.path().extension() == ".oftx"; });
+    };
+    const auto print_to = [&](const std::string& out, const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{path("world.fab.json"), "--voxel", "0.2mm", "-o",
+                                           path(out)};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome printed = print(arguments);
+        EXPECT_EQ(printed.exit_code, 0) << printed.err;
+        EXPECT_THAT(printed.err, Not(HasSubstr("cached")));
+    };
+    print_to("a.ofr", {"--no-cache"});
+    EXPECT_EQ(textures(), 0);
+    print_to("b.ofr", {});
+    EXPECT_EQ(textures(), 1);
+    EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
+    Outcome listed = cache({});
+    EXPECT_EQ(listed.exit_code, 0);
+    EXPECT_THAT(listed.out, AllOf(::testing::ContainsRegex("textures +1 file "),
+                                  ::testing::ContainsRegex("prints +1 file ")));
+    EXPECT_THAT(cache({"--files"}).out, HasSubstr(".oftx"));
+    // What is not ours stays, and so does what fits.
+    scratch_.write("cache/mine.oftx", "mine");
+    EXPECT_THAT(cache({"--limit", "5GB"}).out, HasSubstr("removed 0 files"));
+    EXPECT_EQ(textures(), 2);
+    EXPECT_THAT(cache({"--purge", "textures"}).out, HasSubstr("removed 1 file"));
+    EXPECT_EQ(textures(), 1);
+    EXPECT_EQ(read_file(path("cache/mine.oftx")), "mine");
+    EXPECT_THAT(cache({}).out, ::testing::ContainsRegex("prints +1 file "));
+    // The program goes first, which is made older, and then all fits.
+    print_to("c.ofr", {});
+    const fs::path program_file = fs::directory_iterator(path("cache/prints"))->path();
+    const std::string aged = "touch -a -m -d 2020-01-01 '" + program_file.string() + "'";
+    ASSERT_EQ(std::system(aged.c_str()), 0);
+    EXPECT_THAT(cache({"--limit", "6MB"}).out, HasSubstr("removed 1 file"));
+    EXPECT_FALSE(fs::exists(program_file));
+    EXPECT_EQ(textures(), 2);
+    cache({"--purge", "all"});
+    EXPECT_THAT(cache({}).out, ::testing::ContainsRegex("all +0 files "));
+    EXPECT_EQ(cache({"--limit", "much"}).exit_code, 2);
+    EXPECT_EQ(cache({"--purge", "mine"}).exit_code, 2);
 }
 
 TEST_F(OpenfabPrint, AModuleBesideAWorldWithoutAFolderCounts) {
