@@ -13,6 +13,7 @@
 #include "base/messages.h"
 #include "mesh/model/messages.h"
 #include "runtime/part/messages.h"
+#include "runtime/part/settings.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
