@@ -224,6 +224,8 @@ TEST_P(Gallery, PrintsAtEveryDraft) {
     const std::string output = (*scratch_ / "draft.ofr").string();
     for (int draft = 16; draft >= 1; --draft) {
         if (!long_run() && draft % 4 != 0 && draft > 2) continue;
+        // Its skin takes above two minutes of processor time to be laid out for these.
+        if (!long_run() && draft < 4 && GetParam().folder == std::string("bunny_skin")) continue;
         const std::string number = std::to_string(draft);
         if (long_run() || draft == 16) {
             EXPECT_GT(slices_of({"--draft", number, "-o", output}), 0) << draft;
