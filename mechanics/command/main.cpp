@@ -12,10 +12,10 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 
 #include "base/clean_exit.h"
 #include "base/command_line.h"
+#include "base/cores.h"
 #include "base/run_main.h"
 #include "base/say.h"
 #include "base/talking_program.h"
@@ -103,7 +103,7 @@ void add_common(CLI::App* app, CommonOptions* o, Texts* texts) {
                     "memory budget of the whole process (default: 1.5GB)")
         ->type_name("SIZE");
     app->add_flag("-q,--quiet", o->quiet, "say nothing but errors and results");
-    o->threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    o->threads = usable_cores();
 }
 
 using Action = std::function<Result<void>()>;

@@ -9,9 +9,9 @@
 #include <charconv>
 #include <filesystem>
 #include <string>
-#include <thread>
 
 #include "base/command_line.h"
+#include "base/cores.h"
 #include "base/run_main.h"
 #include "base/say.h"
 #include "base/talking_program.h"
@@ -130,7 +130,7 @@ int render_main(int argc, char** argv) {
     prepare_streams();
     CLI::App app("Shows how a print will look: traces light through its voxels.", "openfab render");
     RenderOptions options;
-    options.film.threads = static_cast<int32_t>(std::max(1U, std::thread::hardware_concurrency()));
+    options.film.threads = usable_cores();
     Texts texts;
     declare(&app, &options, &texts);
     return run_command_line(&app, argc, argv, "openfab render", [&] {

@@ -10,6 +10,7 @@
 #include "abi/kernel_call.h"
 #include "backends/common/tee_sink.h"
 #include "base/check.h"
+#include "base/cores.h"
 #include "tools/tuner/messages.h"
 
 namespace openfab::tuner {
@@ -52,8 +53,7 @@ std::vector<Contender> Stand::compile(const std::vector<std::string>& texts) con
             out[k].program = std::move(std::get<std::unique_ptr<lower::LoadedProgram>>(loaded));
         }
     };
-    const size_t threads =
-        std::min<size_t>(texts.size(), std::max(1u, std::thread::hardware_concurrency()));
+    const size_t threads = std::min<size_t>(texts.size(), static_cast<size_t>(usable_cores()));
     std::vector<std::thread> others;
     for (size_t k = 1; k < threads; ++k)
         others.emplace_back(work);

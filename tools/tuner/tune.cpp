@@ -8,13 +8,13 @@
 #include <filesystem>
 #include <memory>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "abi/kernel_call.h"
 #include "backends/common/output_file.h"
 #include "base/caret.h"
 #include "base/clock.h"
+#include "base/cores.h"
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/say.h"
@@ -251,7 +251,7 @@ class Tuner {
                 if (candidate->usable() && candidate->trial.ratios.size() <= round)
                     missing.push_back(candidate);
             }
-            const size_t at_once = 2 * std::max<size_t>(1, std::thread::hardware_concurrency());
+            const size_t at_once = 2 * static_cast<size_t>(usable_cores());
             for (size_t first = 0; first < missing.size() && !over(); first += at_once) {
                 const std::vector<Candidate*> some(
                     missing.begin() + static_cast<ptrdiff_t>(first),
