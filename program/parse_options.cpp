@@ -50,10 +50,8 @@ struct Raw {
     bool no_cull = false;
 };
 
-void declare(CLI::App& app, Options& o, Raw& raw) {
-    app.add_option("INPUT", o.input,
-                   "a world (.fab.json), or a mesh (.obj, .stl, …) if there is only one fablet")
-        ->required();
+void declare_output(CLI::App& app, Options& o, Raw& raw) {
+    app.option_defaults()->group("Output");
     app.add_option(
            "-o,--output", o.output,
            fmt::format(
@@ -75,6 +73,91 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "PEM certificates to check a tls:// receiver's against (default: the "
                    "system's)")
         ->type_name("FILE");
+    app.add_option("--preview", raw.previews,
+                   "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["
+                   ",cut=x|y|xy]")
+        ->allow_extra_args(false)
+        ->type_name("PICTURE");
+    app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
+    app.add_option("--grey-material", o.grey_material,
+                   "the material in the grey pictures of the formats grey and tiff (default: the "
+                   "world's first)")
+        ->type_name("NAME");
+    app.add_flag("--flip-x", o.flip_x, "mirror slices, for front ends that mirror them back");
+    app.add_option("--fractions", o.fractions_file,
+                   "an .npy file for the materials' fractions in each voxel, before the dither")
+        ->type_name("FILE");
+    app.add_option("--sampling", raw.sampling,
+                   "meaning of these at a coarser pitch than the printer's: volume (means over its "
+                   "voxels; the default) or centre (of a voxel's centre alone)")
+        ->check(CLI::IsMember({"volume", "centre"}));
+    app.add_option("--fractions-supersample", o.fractions_supersample,
+                   "make these, and grey pictures (default: 4), the means over the N x N x N parts "
+                   "of each voxel")
+        ->type_name("N");
+    app.add_option("--probe", raw.probe,
+                   "print only the materials' fractions in the voxel at this point, in mm, "
+                   "before the dither, as JSON")
+        ->type_name("X,Y,Z");
+    app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON")
+        ->type_name("FILE");
+}
+
+void declare_part(CLI::App& app, Options& o, Raw& raw) {
+    app.option_defaults()->group("Part of a print");
+    app.add_option("--draft", o.draft, "multiply the pitch by N, for a quick look")
+        ->type_name("N")
+        ->option_text("N");
+    app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
+    app.add_option("--dpi", raw.dpi, "resolution along x and y, such as 600x300")->type_name("DPI");
+    app.add_option("--layer", raw.layer, "thickness of a slice")->type_name("LENGTH");
+    app.add_option("--mesh-pitch", raw.mesh_pitch,
+                   "size of the voxels that meshes are made from (default: 0.1mm)")
+        ->type_name("LENGTH");
+    app.add_option("--crop", raw.crop,
+                   "size of a slice: parts (their bounding box) or tray (the whole tray)")
+        ->check(CLI::IsMember({"parts", "tray"}));
+    app.add_option("--z", raw.z, "print only the heights A:B above the lowest slice")
+        ->type_name("A:B");
+    app.add_option("--slices", raw.slices,
+                   "print only the slices A:B, B excluded, or A: to the end")
+        ->type_name("A:B");
+    app.add_option("--part", raw.part,
+                   "print only the I-th of N parts, each of about as many slices, for N machines")
+        ->type_name("I/N");
+    app.add_option(
+           "--only-object", o.only_object,
+           "print the voxels of this object alone, in the grid of the whole build; of one that "
+           "the build does not have, where its mesh lies")
+        ->type_name("NAME");
+    app.add_flag("--resume", o.resume, "continue an interrupted print after its last whole slice");
+}
+
+void declare_material(CLI::App& app, Options& o, Raw& raw) {
+    app.option_defaults()->group("World and material");
+    app.add_option("--set", o.settings,
+                   "OBJECT.UNIFORM=VALUE overrides the world's value (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("SETTING");
+    app.add_option("--allow", o.allow,
+                   "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("FOLDER");
+    app.add_flag_callback(
+        kProgramsWord, [&o] { o.allow.emplace_back(kProgramsWord); }, kProgramsHelp);
+    app.add_option(
+        "--dither", o.dither,
+        "own (default: the fablet's @Dither if it has one, else blue_noise), blue_noise, "
+        "floyd_steinberg, decorrelated, or majority (the largest amount; the default for meshes)");
+    app.add_option("--seed", raw.seed, "seed of the dither")->type_name("N");
+    app.add_option("--support", o.support,
+                   "on, off, or the world's material to make it of (default: as the world says, "
+                   "else on if the printer's front end makes none)")
+        ->type_name("CHOICE");
+}
+
+void declare_machine(CLI::App& app, Options& o, Raw& raw) {
+    app.option_defaults()->group("Machine");
     app.add_option(
            "--printer", o.printer,
            "a name listed by `openfab printers` (default: the world's), or a .printer.json file")
@@ -95,86 +178,21 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--nozzles", o.nozzles_file,
                    "dead nozzles, as JSON; a change of the file counts from the next slices on")
         ->type_name("FILE");
-    app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
-    app.add_option("--dpi", raw.dpi, "resolution along x and y, such as 600x300")->type_name("DPI");
-    app.add_option("--layer", raw.layer, "thickness of a slice")->type_name("LENGTH");
-    app.add_option("--mesh-pitch", raw.mesh_pitch,
-                   "size of the voxels that meshes are made from (default: 0.1mm)")
-        ->type_name("LENGTH");
-    app.add_option("--draft", o.draft, "multiply the pitch by N, for a quick look")
-        ->type_name("N")
-        ->option_text("N");
-    app.add_option("--crop", raw.crop,
-                   "size of a slice: parts (their bounding box) or tray (the whole tray)")
-        ->check(CLI::IsMember({"parts", "tray"}));
-    app.add_option("--z", raw.z, "print only the heights A:B above the lowest slice")
-        ->type_name("A:B");
-    app.add_option("--slices", raw.slices,
-                   "print only the slices A:B, B excluded, or A: to the end")
-        ->type_name("A:B");
-    app.add_option("--part", raw.part,
-                   "print only the I-th of N parts, each of about as many slices, for N machines")
-        ->type_name("I/N");
-    app.add_option(
-           "--only-object", o.only_object,
-           "print the voxels of this object alone, in the grid of the whole build; of one that "
-           "the build does not have, where its mesh lies")
-        ->type_name("NAME");
-    app.add_option("--set", o.settings,
-                   "OBJECT.UNIFORM=VALUE overrides the world's value (repeatable)")
-        ->allow_extra_args(false)
-        ->type_name("SETTING");
-    app.add_option("--allow", o.allow,
-                   "a folder that the world may read besides its own (repeatable)")
-        ->allow_extra_args(false)
-        ->type_name("FOLDER");
-    app.add_flag_callback(
-        kProgramsWord, [&o] { o.allow.emplace_back(kProgramsWord); }, kProgramsHelp);
-    app.add_option(
-        "--dither", o.dither,
-        "own (default: the fablet's @Dither if it has one, else blue_noise), blue_noise, "
-        "floyd_steinberg, decorrelated, or majority (the largest amount; the default for meshes)");
-    app.add_option("--support", o.support,
-                   "on, off, or the world's material to make it of (default: as the world says, "
-                   "else on if the printer's front end makes none)")
-        ->type_name("CHOICE");
-    app.add_option("--seed", raw.seed, "seed of the dither")->type_name("N");
-    app.add_option("--preview", raw.previews,
-                   "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["
-                   ",cut=x|y|xy]")
-        ->allow_extra_args(false)
-        ->type_name("PICTURE");
-    app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
-    app.add_option("--grey-material", o.grey_material,
-                   "the material in the grey pictures of the formats grey and tiff (default: the "
-                   "world's first)")
-        ->type_name("NAME");
-    app.add_flag("--flip-x", o.flip_x, "mirror slices, for front ends that mirror them back");
+}
+
+void declare_progress(CLI::App& app, Options& o, Raw& raw) {
+    app.option_defaults()->group("Progress and resources");
+    app.add_flag("--estimate", o.estimate,
+                 "report voxels, memory, time and materials; print nothing");
+    app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");
+    app.add_option("--progress", raw.progress,
+                   "on stderr: auto, plain, json (an object per line) or none")
+        ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
     app.add_option("--memory", raw.memory,
                    "memory budget of the whole process (default: 1.5GB, or the print's minimum, up "
                    "to half of the free memory)")
         ->type_name("SIZE");
     app.add_option("--threads", o.threads, "worker threads (default: all cores)")->type_name("N");
-    app.add_option("--fractions", o.fractions_file,
-                   "an .npy file for the materials' fractions in each voxel, before the dither")
-        ->type_name("FILE");
-    app.add_option("--sampling", raw.sampling,
-                   "meaning of these at a coarser pitch than the printer's: volume (means over its "
-                   "voxels; the default) or centre (of a voxel's centre alone)")
-        ->check(CLI::IsMember({"volume", "centre"}));
-    app.add_option("--fractions-supersample", o.fractions_supersample,
-                   "make these, and grey pictures (default: 4), the means over the N x N x N parts "
-                   "of each voxel")
-        ->type_name("N");
-    app.add_option("--probe", raw.probe,
-                   "print only the materials' fractions in the voxel at this point, in mm, "
-                   "before the dither, as JSON")
-        ->type_name("X,Y,Z");
-    app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON")
-        ->type_name("FILE");
-    app.add_option("--progress", raw.progress,
-                   "on stderr: auto, plain, json (an object per line) or none")
-        ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
     app.add_option(
            "--slab-limit", raw.slab_limit,
            "end a print of which eight slices take longer than this, such as 10min; what is "
@@ -182,25 +200,38 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->type_name("SECONDS");
     app.add_flag("--no-cache", o.no_cache,
                  "convert pictures and scans for this print alone, and keep nothing of them");
-    app.add_flag("--estimate", o.estimate,
-                 "report voxels, memory, time and materials; print nothing");
-    app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");
-    app.add_flag("--resume", o.resume, "continue an interrupted print after its last whole slice");
+}
+
+/// Options of tests and tools, which the help does not list.
+void declare_unlisted(CLI::App& app, Options& o, Raw& raw) {
+    app.option_defaults()->group("");
     // Of those that are not listed, a check here could not tell the name.
-    app.add_option("--groups-in-flight", raw.slabs_in_flight, "")->group("");
-    app.add_flag("--no-cull", raw.no_cull, "")->group("");
-    app.add_option("--pitch", raw.pitch, "")->group("");
-    app.add_option("--isa", raw.isa, "")->group("");
-    app.add_option("--extents", o.extents_file, "")->group("");
-    app.add_flag("--solid", o.altered.solid, "")->group("");
-    app.add_option("--field", o.altered.field, "")->group("");
+    app.add_option("--groups-in-flight", raw.slabs_in_flight, "");
+    app.add_flag("--no-cull", raw.no_cull, "");
+    app.add_option("--pitch", raw.pitch, "");
+    app.add_option("--isa", raw.isa, "");
+    app.add_option("--extents", o.extents_file, "");
+    app.add_flag("--solid", o.altered.solid, "");
+    app.add_option("--field", o.altered.field, "");
     for (const auto& [name, text] : {std::pair("--around", &raw.around),
                                      {"--cell", &raw.cell},
                                      {"--cell-at", &raw.cell_at},
                                      {"--field-origin", &raw.field_origin},
                                      {"--lattice", &raw.lattice},
                                      {"--field-spacing", &raw.field_spacing}})
-        app.add_option(name, *text, "")->group("");
+        app.add_option(name, *text, "");
+}
+
+void declare(CLI::App& app, Options& o, Raw& raw) {
+    app.add_option("INPUT", o.input,
+                   "a world (.fab.json), or a mesh (.obj, .stl, …) if there is only one fablet")
+        ->required();
+    declare_output(app, o, raw);
+    declare_part(app, o, raw);
+    declare_material(app, o, raw);
+    declare_machine(app, o, raw);
+    declare_progress(app, o, raw);
+    declare_unlisted(app, o, raw);
 }
 
 /// Returns the help; to a host that takes the slices itself, without what asks for outputs.

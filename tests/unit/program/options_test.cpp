@@ -4,6 +4,9 @@
 
 #include <gmock/gmock.h>
 
+#include <map>
+#include <sstream>
+
 #include "program/messages.h"
 #include "program/outputs.h"
 #include "tests/support/says/says.h"
@@ -14,6 +17,9 @@ namespace {
 using openfab::testing::Says;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Le;
+using ::testing::Pair;
+using ::testing::UnorderedElementsAre;
 
 Result<Options> parse(std::vector<const char*> arguments) {
     arguments.insert(arguments.begin(), "card");
@@ -169,13 +175,24 @@ TEST(PrintOptions, ValuesAreCheckedWhateverMadeThem) {
                 Says(messages::kBadValue, "--fractions-supersample", "33"));
 }
 
-TEST(PrintOptions, HelpFitsOnAPage) {
+TEST(PrintOptions, HelpIsInGroupsThatFitOnAScreen) {
     const Result<Options> options = parse({"--help"});
     ASSERT_TRUE(options);
     EXPECT_TRUE(options->help);
     EXPECT_THAT(options->text, HasSubstr("Examples:"));
-    EXPECT_LE(std::count(options->text.begin(), options->text.end(), '\n'), 64);
     EXPECT_THAT(options->text, ::testing::Not(HasSubstr("--no-cull")));
+    // A heading, the lines of its options, an empty line.
+    std::istringstream lines(options->text);
+    std::map<std::string, int> of_group;
+    std::string heading;
+    for (std::string line; std::getline(lines, line);) {
+        if (line.ends_with(':')) heading = line;
+        if (line.starts_with("  -")) ++of_group[heading];
+    }
+    EXPECT_THAT(of_group, UnorderedElementsAre(
+                              Pair("Options:", 1), Pair("Output:", Le(16)),
+                              Pair("Part of a print:", Le(16)), Pair("World and material:", Le(16)),
+                              Pair("Machine:", Le(16)), Pair("Progress and resources:", Le(16))));
 }
 
 TEST(PrintOptions, HelpOfAHostHasNoOutputs) {
