@@ -24,9 +24,9 @@ constexpr const char* kMechanics = R"({"materials": {
     "right": {"E_MPa": 600, "nu": 0.3, "strength_MPa": 10, "density_g_cm3": 1.3, "conductivity_W_mK": 0.5}}})";
 
 /// Kernels are compiled once for all of the table's worlds, whose sources are one file.
-RunOptions options() {
+RunOptions run_options() {
     RunOptions out;
-    out.environment = {{"OPENFAB_CACHE", (build_dir() / "tests/crossings_cache").string()},
+    out.environment = {{"OPENFAB_CACHE", Bench::cache()},
                        {"OPENFAB_HELPER", program("openfab").string()}};
     return out;
 }
@@ -49,10 +49,14 @@ Bench::Bench(const Kind& kind, Form form, const Change& change) : kind_(kind), c
     }
 }
 
+std::string Bench::cache() {
+    return (build_dir() / "tests/crossings_cache").string();
+}
+
 Outcome Bench::openfab(std::vector<std::string> arguments, bool prints) const {
     arguments.insert(arguments.begin(), program("openfab").string());
     if (prints) arguments.insert(arguments.end(), kind_.options.begin(), kind_.options.end());
-    RunOptions with = options();
+    RunOptions with = run_options();
     with.folder = scratch_.path();
     return run(arguments, with);
 }
@@ -61,7 +65,7 @@ Made Bench::print_here() const {
     std::vector<std::string> words{world()};
     for (const auto* more : {&change_.options, &kind_.options})
         words.insert(words.end(), more->begin(), more->end());
-    for (const auto& [name, value] : options().environment)
+    for (const auto& [name, value] : run_options().environment)
         ::setenv(name.c_str(), value.c_str(), 1);
     // Files that options name are beside the world.
     const std::filesystem::path before = std::filesystem::current_path();

@@ -47,6 +47,10 @@ class Bench {
     /// Prints the world to a file, with the column's options.
     Outcome print(const std::string& output, const std::vector<std::string>& more = {}) const;
     const Change& change() const { return change_; }
+    /// Of every command that prints the row.
+    const std::vector<std::string>& options() const { return kind_.options; }
+    /// The folder of compiled kernels, which all cells share.
+    static std::string cache();
     void write(const std::string& name, const std::string& text) const {
         scratch_.write(name, text);
     }

@@ -37,5 +37,6 @@ std::vector<Column> process_columns();
 std::vector<Column> output_columns();
 std::vector<Column> tool_columns();
 std::vector<Column> mechanics_columns();
+std::vector<Column> view_columns();
 
 }  // namespace openfab::testing

@@ -18,7 +18,6 @@ constexpr Elsewhere kElsewhere[] = {
     {"cache", "lists and purges what is kept"},
     {"property", "makes a module of a table"},
     {"compensate", "makes a field of measurements, which the columns of fields apply"},
-    {"view", "prints as `print` does; view_world_test shows worlds"},
     {"receive", "takes slices, whatever made them"},
     {"profile", "times a print, whose voxels it drops"},
     {"tune", "times a print, whose voxels it drops"},
