@@ -37,16 +37,21 @@ bool refused(const Outcome& outcome) {
 
 }  // namespace
 
+std::map<std::string, std::string> files_of(const Kind& kind, Form form, const Change& change) {
+    std::map<std::string, std::string> out{
+        {"w.fab.json", world_text(kind, form, change)},
+        {"crossings.fl", read_file(source_dir() / "tests/crossings/crossings.fl")},
+        {"m.printer.json", kPrinter},
+        {"mechanics.json", kMechanics},
+        {"cuts.json", cuts_file()}};
+    for (const auto* files : {&kind.files, &change.files})
+        out.insert(files->begin(), files->end());
+    return out;
+}
+
 Bench::Bench(const Kind& kind, Form form, const Change& change) : kind_(kind), change_(change) {
-    write("w.fab.json", world_text(kind, form, change));
-    write("crossings.fl", read_file(source_dir() / "tests/crossings/crossings.fl"));
-    write("m.printer.json", kPrinter);
-    write("mechanics.json", kMechanics);
-    write("cuts.json", cuts_file());
-    for (const auto* files : {&kind.files, &change.files}) {
-        for (const auto& [name, text] : *files)
-            write(name, text);
-    }
+    for (const auto& [name, text] : files_of(kind, form, change))
+        write(name, text);
 }
 
 std::string Bench::cache() {

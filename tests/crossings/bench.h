@@ -33,6 +33,9 @@ struct Made {
     std::string wrong{};  ///< what the column found wrong by itself
 };
 
+/// The world of a row, `w.fab.json`, and all that it names.
+std::map<std::string, std::string> files_of(const Kind& kind, Form form, const Change& change);
+
 /// A folder with one world, in which commands run.
 class Bench {
   public:

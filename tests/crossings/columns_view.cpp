@@ -45,7 +45,8 @@ Made view(const Bench& bench) {
         made.wrong = "the page shows no print: " + viewer.get("/api/state").body;
         return made;
     }
-    if (const std::string hash = member(member(state, "prints").items[0], "hash").text; hash != hash_of_print(bench))
+    if (const std::string hash = member(member(state, "prints").items[0], "hash").text;
+        hash != hash_of_print(bench))
         made.wrong = fmt::format("the page shows {}, the print is {}", hash, hash_of_print(bench));
     const HttpAnswer answer = pick(viewer, state, read_voxels(bench.path("a.npy")));
     if (answer.status != 200 || answer.body.find(R"("part":"solid)") == std::string::npos)

@@ -98,6 +98,24 @@ std::string test_name(const ::testing::TestParamInfo<size_t>& info) {
 INSTANTIATE_TEST_SUITE_P(Columns, Crossings, ::testing::Range(size_t{0}, columns().size()),
                          test_name);
 
+// For tests/python/test_kinds.py, which prints these worlds from Python: KIND FORM/w.fab.json, and OPTIONS, a line each.
+TEST(CrossingsWorlds, AreWritten) {
+    const char* const to = std::getenv("OPENFAB_WORLDS_TO");
+    if (to == nullptr) GTEST_SKIP() << "OPENFAB_WORLDS_TO names no folder";
+    for (const Kind& kind : kinds()) {
+        for (const Form form : kForms) {
+            const std::filesystem::path folder =
+                std::filesystem::path(to) / fmt::format("{} {}", kind.id, name_of(form));
+            std::filesystem::create_directories(folder);
+            for (const auto& [name, text] : files_of(kind, form, {}))
+                std::ofstream(folder / name) << text;
+            std::ofstream options(folder / "OPTIONS");
+            for (const std::string& option : kind.options)
+                options << option << '\n';
+        }
+    }
+}
+
 // After all columns.
 TEST(CrossingsPage, IsCurrent) {
     if (updates()) update_page("", "");

@@ -54,7 +54,9 @@ What holds for one kind of geometry holds for all, or is refused with a message 
 `crossings_test`, prints one small solid, the hull of two balls with a skin and two inner materials, as each kind of
 geometry has it, with each feature and tool, and compares the result with that of a twin: a mesh of the same solid under
 the same feature. It makes this page (`OPENFAB_LONG=1 OPENFAB_UPDATE=1`); a part of it is tried on each push, all of it
-in nightly runs.
+in nightly runs. From Python, each kind in each form prints the same array as from the command line
+(`tests/python/test_kinds.py`); words of the product that have no line here are in `tests/crossings/elsewhere.cpp`, each
+with its reason.
 
 | cells | | |
 | --- | --- | --- |
