@@ -98,6 +98,10 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
     if (options.resume) deferred.say(messages::kInterruptedBeforeNewSlices);
     Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(options, printer, &interrupt);
     if (!sink) return sink.error();
+    if (format != nullptr && format->note != nullptr) {
+        if (const std::string text = format->note(print->info()); !text.empty())
+            progress.note(text);
+    }
     pipeline::PrintStatistics statistics;
     bool any = false;
     const auto update = [&](const pipeline::ProgressEvent& event) {

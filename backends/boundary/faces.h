@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Finds the faces between voxels of different codes, or of voxels towards the void, and merges those
-// alike into rectangles: across z in a whole plane, across x and y in the height of a slice.
+// Finds the faces between voxels of different codes, and merges those alike into rectangles: across z in a whole plane, across x and y in the height of a slice.
 
 #include <algorithm>
 #include <cstdint>
@@ -14,19 +13,12 @@
 
 namespace openfab::boundary {
 
-enum class Faces {
-    kOfEachMaterial,  ///< wherever two codes differ
-    kOfTheSolid,      ///< between a material and the void only
-};
-
 /// Finds rectangles, deterministically and in a fixed order. Reuses its buffers from call to call.
 class FaceFinder {
   public:
-    FaceFinder(int32_t width, int32_t height, Faces faces)
+    FaceFinder(int32_t width, int32_t height)
         : width_(width),
           height_(height),
-          faces_(faces),
-          rows_(faces == Faces::kOfTheSolid ? 2 * (static_cast<size_t>(width) + kOverrun) : 0),
           labels_(static_cast<size_t>(width) + 1 + kOverrun),
           starts_(static_cast<size_t>(width) + 1) {}
 
@@ -42,14 +34,14 @@ class FaceFinder {
                 for (; at < growing_.size() && growing_[at].u0 < before; ++at)
                     visit(growing_[at]);
             };
-            for_each_face(below.row(y), above.row(y),
-                          [&](int32_t x0, int32_t x1, uint8_t low, uint8_t high) {
-                              close(x0);
-                              Rectangle run{2, z, x0, x1, y, y + 1, low, high};
-                              if (at < growing_.size() && same_run(growing_[at], run))
-                                  run.v0 = growing_[at++].v0;
-                              next_.push_back(run);
-                          });
+            for_each_run(below.row(y), above.row(y), width_,
+                         [&](int32_t x0, int32_t x1, uint8_t low, uint8_t high) {
+                             close(x0);
+                             Rectangle run{2, z, x0, x1, y, y + 1, low, high};
+                             if (at < growing_.size() && same_run(growing_[at], run))
+                                 run.v0 = growing_[at++].v0;
+                             next_.push_back(run);
+                         });
             close(width_);
             growing_.swap(next_);
         }
@@ -62,10 +54,10 @@ class FaceFinder {
     void across_xy(const Layer& layer, int32_t z, Visit visit) {
         std::fill(labels_.begin(), labels_.end(), uint16_t{0});
         for (int32_t y = 0; y <= height_; ++y) {
-            for_each_face(layer.row(y - 1), layer.row(y),
-                          [&](int32_t x0, int32_t x1, uint8_t low, uint8_t high) {
-                              visit(Rectangle{1, y, x0, x1, z, z + 1, low, high});
-                          });
+            for_each_run(layer.row(y - 1), layer.row(y), width_,
+                         [&](int32_t x0, int32_t x1, uint8_t low, uint8_t high) {
+                             visit(Rectangle{1, y, x0, x1, z, z + 1, low, high});
+                         });
             across_x(layer.row(y), y, z, visit);
         }
     }
@@ -78,27 +70,6 @@ class FaceFinder {
     }
 
     /// Visits one row; a run along y ends where its label changes.
-    /// Calls visit(x0, x1, low, high) for each longest run of equal faces between two rows.
-    template <typename Visit>
-    void for_each_face(const uint8_t* low, const uint8_t* high, Visit visit) {
-        if (faces_ == Faces::kOfTheSolid) {
-            // Rows in which material that lies on material is void, too.
-            uint8_t* const outer_low = rows_.data();
-            uint8_t* const outer_high = outer_low + static_cast<size_t>(width_) + kOverrun;
-            for (int32_t x = 0; x < width_; ++x) {
-                outer_low[x] = high[x] == 0 ? low[x] : uint8_t{0};
-                outer_high[x] = low[x] == 0 ? high[x] : uint8_t{0};
-            }
-            low = outer_low;
-            high = outer_high;
-        }
-        for_each_run(low, high, width_, visit);
-    }
-
-    bool is_face(uint8_t low, uint8_t high) const {
-        return faces_ == Faces::kOfEachMaterial ? low != high : (low == 0) != (high == 0);
-    }
-
     template <typename Visit>
     void across_x(const uint8_t* row, int32_t y, int32_t z, Visit visit) {
         for (int32_t x = 0; x <= width_; ++x) {
@@ -108,7 +79,7 @@ class FaceFinder {
             }
             const auto index = static_cast<size_t>(x);
             const uint8_t low = row[x - 1], high = row[x];
-            const auto label = static_cast<uint16_t>(is_face(low, high) ? low << 8 | high : 0);
+            const auto label = static_cast<uint16_t>(low != high ? low << 8 | high : 0);
             const uint16_t open = labels_[index];
             if (open == label) continue;
             if (open != 0) {
@@ -129,8 +100,6 @@ class FaceFinder {
     }
 
     int32_t width_, height_;
-    Faces faces_;
-    std::vector<uint8_t> rows_;  ///< scratch: two rows, with the overrun of a scan
     std::vector<Rectangle> growing_, next_;
     std::vector<uint16_t> labels_;  ///< of the run along y that is open at x; 0: none
     std::vector<int32_t> starts_;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backends/boundary/formats.h"
 
+#include <fmt/format.h>
+
 #include "backends/boundary/mesh_sink.h"
 #include "backends/boundary/messages.h"
 
@@ -25,6 +27,12 @@ std::vector<backends::FormatFile> stl_files(const std::string& path,
     return files;
 }
 
+/// A 3MF places what it holds; of an STL, slicers leave out what lies below 0.
+std::string below_bed(const pipeline::PrintInfo& info) {
+    const double lowest = info.origin_mm.z + info.slice_begin * info.pitch_mm.z;
+    return lowest < 0 ? fmt::format(messages::kBelowBed, lowest) : "";
+}
+
 }  // namespace
 
 const backends::Format kThreemfFormat{
@@ -44,7 +52,7 @@ const backends::Format kFilamentFormat{
     .kind = backends::FormatKind::kMesh,
     .not_resumed = messages::kMeshNotResumed,
     .ended_early = messages::kEndedEarly,
-    .bytes_per_column = [](size_t) { return kSolidMesherBytesPerColumn; },
+    .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
     .files = backends::one_renamed_file,
     .open = open<make_filament_writer>,
 };
@@ -55,6 +63,7 @@ const backends::Format kStlFormat{
     .kind = backends::FormatKind::kMesh,
     .not_resumed = messages::kMeshNotResumed,
     .ended_early = messages::kEndedEarly,
+    .note = below_bed,
     .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
     .files = stl_files,
     .open = open<make_stl_writer>,

@@ -25,11 +25,6 @@ void Layer::fill(const pipeline::SliceView& slice, int32_t bits) {
                              codes_.data() + (static_cast<size_t>(y) + 1) * stride_ + 1);
 }
 
-void Layer::fill_solid(const Layer& codes) {
-    std::transform(codes.codes_.begin(), codes.codes_.end(), codes_.begin(),
-                   [](uint8_t code) { return static_cast<uint8_t>(code != 0); });
-}
-
 void Layer::clear() {
     std::fill(codes_.begin(), codes_.end(), uint8_t{0});
 }

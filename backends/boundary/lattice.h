@@ -20,8 +20,6 @@ class Layer {
   public:
     Layer(int32_t width, int32_t height);
     void fill(const pipeline::SliceView& slice, int32_t bits);
-    /// Copies another layer of the same size with 1 for every material.
-    void fill_solid(const Layer& codes);
     void clear();
     const uint8_t* row(int32_t y) const {
         return codes_.data() + (static_cast<size_t>(y) + 1) * stride_ + 1;

@@ -51,7 +51,8 @@ class MeshWriter : public MeshReceiver {
 std::unique_ptr<MeshWriter> make_stl_writer(const std::filesystem::path& path);
 
 /// Writes one 3MF package: an object per material, with its colour and name as a base material, and
-/// one build item that has them all as components. Meanwhile the meshes are compressed in unnamed
+/// one build item that has them all as components and puts the lowest slice on the bed; the filament
+/// of each object, from 1, as OrcaSlicer and Bambu Studio read it. Meanwhile the meshes are compressed in unnamed
 /// files beside it.
 std::unique_ptr<MeshWriter> make_threemf_writer(const std::filesystem::path& path);
 
@@ -59,10 +60,10 @@ std::unique_ptr<MeshWriter> make_threemf_writer(const std::filesystem::path& pat
 /// Source: PrusaSlicer 2.5, EnforcerBlockerType in libslic3r/TriangleSelector.hpp.
 constexpr size_t kMostFilaments = 15;
 
-/// Writes one 3MF package for printers of filament: the solid as one object, each triangle painted
-/// with its material, which is filament 1 for the first of info.materials and so on; as colours for
-/// any reader, and as the slicers of the Slic3r family store painting. Fails for more than
-/// kMostFilaments materials.
+/// Writes one 3MF package for printers of filament: the closed meshes of all materials in one object, which
+/// PrusaSlicer reads as volumes of it; the first of info.materials is filament 1 and so on. Each triangle has
+/// its colour for any reader, and its filament as OrcaSlicer and Bambu Studio store painting. Fails for more
+/// than kMostFilaments materials.
 std::unique_ptr<MeshWriter> make_filament_writer(const std::filesystem::path& path);
 
 /// Returns the file of a material's mesh: `stem_material.stl`, with unsafe characters replaced;

@@ -74,26 +74,23 @@ Mesher::Mesher(int32_t width, int32_t height, int32_t first_slice, MeshReceiver*
     : width_(width),
       height_(height),
       first_slice_(first_slice),
-      faces_(receiver->faces()),
       receiver_(receiver),
       by_position_(receiver->identifies_by_position()),
+      together_(receiver->numbers_together()),
       layers_(3, Layer(width, height)),
-      materials_(faces_ == Faces::kOfTheSolid ? layers_ : std::vector<Layer>()),
       planes_(3, Plane(width, height)),
       midpoints_z_(width, height),
-      finder_(width, height, faces_),
+      finder_(width, height),
       pending_(256) {}
 
 Result<void> Mesher::add(const pipeline::SliceView& slice, int32_t bits) {
     OPENFAB_CHECK_EQ(slice.z, first_slice_ + z_);
-    materials(z_).fill(slice, bits);
-    if (faces_ == Faces::kOfTheSolid) layer(z_).fill_solid(materials(z_));
+    layer(z_).fill(slice, bits);
     return step();
 }
 
 Result<void> Mesher::finish() {
     layer(z_).clear();
-    materials(z_).clear();
     Result<void> done = step();
     for (size_t code = 0; code < pending_.size(); ++code)
         flush(code);
@@ -107,8 +104,8 @@ Result<void> Mesher::step() {
     plane(z_).midpoints_x.clear();
     plane(z_).midpoints_y.clear();
     const auto marks = [this](const Rectangle& r) { mark(r); };
-    finder_.across_z(materials(z_ - 1), materials(z_), z_, marks);
-    finder_.across_xy(materials(z_), z_, marks);
+    finder_.across_z(layer(z_ - 1), layer(z_), z_, marks);
+    finder_.across_xy(layer(z_), z_, marks);
     mark_crossings();
     find_midpoints_z();
     number_midpoints(midpoints_z_, 2, z_ - 1, &z_table_);
@@ -116,8 +113,8 @@ Result<void> Mesher::step() {
     number_midpoints(plane(z_).midpoints_x, 0, z_, &plane(z_).x_table);
     number_midpoints(plane(z_).midpoints_y, 1, z_, &plane(z_).y_table);
     const auto emits = [this](const Rectangle& r) { emit(r); };
-    finder_.across_xy(materials(z_ - 1), z_ - 1, emits);
-    finder_.across_z(materials(z_ - 1), materials(z_), z_, emits);
+    finder_.across_xy(layer(z_ - 1), z_ - 1, emits);
+    finder_.across_z(layer(z_ - 1), layer(z_), z_, emits);
     ++z_;
     return error_;
 }
@@ -204,10 +201,25 @@ void Mesher::add_vertices(VertexTable* table, uint8_t code, int32_t bit, int32_t
                           Vec3i point) {
     Pending& pending = pending_[code];
     table->add(code, bit, count, pending.vertices);
+    if (together_) return;  // end_word numbers them
     pending.vertices += static_cast<uint32_t>(count);
     point.z += 2 * first_slice_;
     pending.points.insert(pending.points.end(), static_cast<size_t>(count), point);
     if (pending.points.size() >= kPiece) flush(code);
+}
+
+/// Numbers the vertices of a word of points, the first of which is given, where those of all materials are in
+/// one sequence.
+void Mesher::end_word(VertexTable* table, Vec3i first_point) {
+    if (!together_) return;
+    Pending& pending = pending_[0];
+    first_point.z += 2 * first_slice_;
+    pending.vertices = table->number_word(pending.vertices, [&](int32_t bit, uint32_t count) {
+        Vec3i point = first_point;
+        point.x += 2 * bit;
+        pending.points.insert(pending.points.end(), count, point);
+    });
+    if (pending.points.size() >= kPiece) flush(0);
 }
 
 void Mesher::number_points() {
@@ -226,6 +238,7 @@ void Mesher::number_points() {
                                  {2 * x, 2 * y, 2 * z_});
                 });
             });
+            end_word(table, {static_cast<int32_t>(w) * 128, 2 * y, 2 * z_});
         }
     }
 }
@@ -254,6 +267,9 @@ void Mesher::number_midpoints(const BitPlane& midpoints, int32_t axis, int32_t z
                     add_vertices(table, code, bit, static_cast<int32_t>(sheets), point);
                 });
             });
+            Vec3i first_point{static_cast<int32_t>(w) * 128, 2 * y, 2 * z};
+            ++first_point[axis];
+            end_word(table, first_point);
         }
     }
 }
@@ -393,7 +409,7 @@ MeshCorner Mesher::corner(const Rectangle& r, bool high, const Vec3i& point) {
     const int32_t octant = (high ? 1 << r.axis : 0) |
                            (point[r.u_axis()] < 2 * r.u1 ? 1 << r.u_axis() : 0) |
                            (point[r.v_axis()] < 2 * r.v1 ? 1 << r.v_axis() : 0);
-    const uint8_t code = mesh_of(high ? r.high : r.low);
+    const uint8_t code = high ? r.high : r.low;
     const std::array<uint8_t, 8> codes = octants(layer(z - 1), layer(z), x, y);
     const Fans& fans = kFans[mask_of(codes, code)];
     const int8_t fan = fans.of[octant][r.axis];
@@ -420,7 +436,7 @@ MeshCorner Mesher::midpoint_corner(const Rectangle& r, bool high, const Vec3i& p
     opposite[r.axis] -= above ? 1 : 0;
     voxel[side] -= beyond ? 0 : 1;
     opposite[side] -= beyond ? 1 : 0;
-    const uint8_t code = mesh_of(high ? r.high : r.low);
+    const uint8_t code = high ? r.high : r.low;
     const bool first_of_two = r.axis < side ? !above : !beyond;
     const bool two = code_at(opposite) == code;
     const int32_t x = point.x >> 1, y = point.y >> 1, z = point.z >> 1;

@@ -23,8 +23,8 @@
 // sheets touch all lattice points are vertices, and where both ends of such an edge join the
 // sheets, so is the midpoint of the edge, or the edge would have four triangles.
 //
-// Or one mesh: the boundary of all material as one solid, each triangle with the material that it
-// bounds.
+// The vertices of each material are numbered for themselves, or those of all materials together, as
+// in a file that has all triangles in one mesh.
 
 #include <array>
 #include <cstdint>
@@ -43,7 +43,7 @@ constexpr int32_t kSteps = 512;  ///< steps per voxel
 
 struct MeshCorner {
     Vec3i point;          ///< in half voxels from the grid's lowest corner
-    uint32_t vertex = 0;  ///< counted from 0 for each material
+    uint32_t vertex = 0;  ///< counted from 0 for each material, or for all together
     /// Offset from the point in steps. Only for identification by position; the corners of rims
     /// have vertex 0.
     std::array<int16_t, 3> off{};
@@ -57,9 +57,8 @@ class MeshReceiver {
     /// Returns whether vertices are identified by position, so that coincident ones must be
     /// separated.
     virtual bool identifies_by_position() const { return false; }
-    /// Returns what is meshed: a mesh for each material; or the solid, whose vertices come with code
-    /// 1 and whose triangles come with their materials' codes.
-    virtual Faces faces() const { return Faces::kOfEachMaterial; }
+    /// Returns whether vertices of all materials are numbered together; they come with code 0 then.
+    virtual bool numbers_together() const { return false; }
     virtual Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) = 0;
     virtual Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) = 0;
 };
@@ -68,8 +67,6 @@ class MeshReceiver {
 /// points, and vertex indices. Slices in which every voxel differs from its neighbours take half a
 /// byte more for each material.
 constexpr int64_t kMesherBytesPerColumn = 6;
-/// Slices of one solid are kept twice, with and without their materials.
-constexpr int64_t kSolidMesherBytesPerColumn = kMesherBytesPerColumn + 3;
 
 class Mesher {
   public:
@@ -95,17 +92,7 @@ class Mesher {
         uint32_t vertices = 0;  ///< total so far
     };
 
-    /// The mesh that a material is in.
-    uint8_t mesh_of(uint8_t code) const {
-        return faces_ == Faces::kOfEachMaterial ? code : static_cast<uint8_t>(code != 0);
-    }
-    /// A slice with the codes of meshes: what decides where surfaces touch.
     Layer& layer(int32_t z) { return layers_[static_cast<size_t>(z + 3) % 3]; }
-    /// A slice with the codes of materials: what faces are cut by.
-    Layer& materials(int32_t z) {
-        return (faces_ == Faces::kOfEachMaterial ? layers_
-                                                 : materials_)[static_cast<size_t>(z + 3) % 3];
-    }
     Plane& plane(int32_t z) { return planes_[static_cast<size_t>(z + 3) % 3]; }
 
     Result<void> step();
@@ -117,6 +104,7 @@ class Mesher {
     void number_points();
     void number_midpoints(const BitPlane& midpoints, int32_t axis, int32_t z, VertexTable* table);
     void add_vertices(VertexTable* table, uint8_t code, int32_t bit, int32_t count, Vec3i point);
+    void end_word(VertexTable* table, Vec3i first_point);
     void outline(const Rectangle& rectangle);
     void emit(const Rectangle& rectangle);
     void emit_side(const Rectangle& rectangle, bool high);
@@ -130,13 +118,11 @@ class Mesher {
 
     int32_t width_, height_, first_slice_;
     int32_t z_ = 0;  ///< of the latest slice, from 0
-    Faces faces_;
     MeshReceiver* receiver_;
-    bool by_position_;
-    std::vector<Layer> layers_;     ///< the last three, by z modulo 3
-    std::vector<Layer> materials_;  ///< of the same slices; none where they are the same
-    std::vector<Plane> planes_;     ///< below, at and above the last slice's lower plane
-    BitPlane midpoints_z_;          ///< of the slice before the last
+    bool by_position_, together_;
+    std::vector<Layer> layers_;  ///< the last three, by z modulo 3
+    std::vector<Plane> planes_;  ///< below, at and above the last slice's lower plane
+    BitPlane midpoints_z_;       ///< of the slice before the last
     VertexTable z_table_;
     FaceFinder finder_;
     std::vector<Pending> pending_;  ///< by code

@@ -3,6 +3,7 @@
 #include <fmt/compile.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 #include <utility>
 
@@ -28,6 +29,7 @@ constexpr std::string_view kContentTypes =
 <Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
   <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
   <Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>
+  <Default Extension="config" ContentType="text/xml"/>
 </Types>
 )";
 
@@ -38,32 +40,44 @@ constexpr std::string_view kRelationships =
 </Relationships>
 )";
 
-/// Returns the attributes that paint a whole triangle with a filament. PrusaSlicer has its own name for
-/// what OrcaSlicer and Bambu Studio call paint_color; the value is the same: four bits a hexadecimal
-/// digit, the last digit first; two bits 0, the triangle is whole; two bits of the filament, where
-/// it is 1 or 2, else 3 and a digit of the filament less 3.
+/// Returns the attribute that paints a whole triangle with a filament, as OrcaSlicer and Bambu Studio read it:
+/// four bits a hexadecimal digit, the last digit first; two bits 0, the triangle is whole; two bits of the filament, where
+/// it is 1 or 2, else 3 and a digit of the filament less 3. PrusaSlicer has another name for the same, which is left out:
+/// it would carry the paint of horizontal triangles into other layers.
 /// Source: PrusaSlicer, TriangleSelector::serialize; OrcaSlicer, Format/bbs_3mf.cpp.
 std::string painted_with(size_t filament) {
-    const std::string value =
-        filament < 3 ? fmt::format("{:X}", filament << 2) : fmt::format("{:X}C", filament - 3);
-    return fmt::format(" paint_color=\"{0}\" slic3rpe:mmu_segmentation=\"{0}\"", value);
+    return filament < 3 ? fmt::format(" paint_color=\"{:X}\"", filament << 2)
+                        : fmt::format(" paint_color=\"{:X}C\"", filament - 3);
+}
+
+constexpr std::string_view kConfigHead = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<config>\n";
+
+/// Returns where the build places the mesh: its lowest slice on the bed, and nothing at x or y below 0, as the specification
+/// (3MF Core 1.3, 3.3) asks for. The mesh keeps its coordinates, which two prints of one assembly share. Not for filament: PrusaSlicer 2.5
+/// moves the first volume of an object alone, and sets objects down on the bed itself.
+std::string placed(const pipeline::PrintInfo& info) {
+    const double x = std::max(0.0, -info.origin_mm.x), y = std::max(0.0, -info.origin_mm.y);
+    const double z = 0.0 - (info.origin_mm.z + info.slice_begin * info.pitch_mm.z);
+    if (x == 0 && y == 0 && z == 0) return "";
+    return fmt::format(" transform=\"1 0 0 0 1 0 0 0 1 {} {} {}\"", static_cast<float>(x),
+                       static_cast<float>(y), static_cast<float>(z));
 }
 
 class ThreemfWriter final : public MeshWriter {
   public:
-    ThreemfWriter(std::filesystem::path path, Faces faces)
-        : path_(std::move(path)), faces_(faces) {}
+    ThreemfWriter(std::filesystem::path path, bool for_filament)
+        : path_(std::move(path)), for_filament_(for_filament) {}
 
-    Faces faces() const override { return faces_; }
+    bool numbers_together() const override { return for_filament_; }
 
     Result<void> begin(const pipeline::PrintInfo& info) override {
-        if (is_painted() && info.materials.size() > kMostFilaments) {
+        if (for_filament_ && info.materials.size() > kMostFilaments) {
             return user_error(
                 fmt::format(messages::kTooManyFilaments, info.materials.size(), kMostFilaments));
         }
         info_ = info;
         coordinates_ = Coordinates(info);
-        meshes_.resize(is_painted() ? 1 : info.materials.size());
+        meshes_.resize(info.materials.size());
         // Reports an unwritable output now, not after the last slice.
         Result<std::unique_ptr<backends::PartFile>> file = backends::PartFile::create(path_);
         if (!file) return file.error();
@@ -72,8 +86,8 @@ class ThreemfWriter final : public MeshWriter {
     }
 
     Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) override {
-        Mesh& mesh = mesh_of(code);
-        if (Result<void> counted = count(code, &mesh.vertex_count, points.size()); !counted)
+        Mesh& mesh = for_filament_ ? all_ : meshes_[code - 1u];
+        if (Result<void> counted = count(mesh, &mesh.vertex_count, points.size()); !counted)
             return counted;
         if (mesh.vertices == nullptr) {
             if (Result<void> made = make_spool(&mesh.vertices); !made) return made;
@@ -89,15 +103,17 @@ class ThreemfWriter final : public MeshWriter {
     }
 
     Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) override {
-        Mesh& mesh = mesh_of(code);
-        if (Result<void> counted = count(code, &mesh.triangle_count, triangles.size()); !counted)
-            return counted;
+        Mesh& mesh = meshes_[code - 1u];
+        Mesh& counted_in = for_filament_ ? all_ : mesh;
+        Result<void> counted = count(counted_in, &counted_in.triangle_count, triangles.size());
+        if (!counted) return counted;
+        if (for_filament_) mesh.triangle_count += static_cast<int64_t>(triangles.size());
         if (mesh.triangles == nullptr) {
             if (Result<void> made = make_spool(&mesh.triangles); !made) return made;
         }
         text_.clear();
         const std::string paint =
-            is_painted() ? fmt::format(" p1=\"{}\"{}", code - 1, painted_with(code)) : "";
+            for_filament_ ? fmt::format(" p1=\"{}\"{}", code - 1, painted_with(code)) : "";
         for (const MeshTriangle& t : triangles) {
             fmt::format_to(std::back_inserter(text_),
                            FMT_COMPILE("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"{}/>\n"),
@@ -109,14 +125,19 @@ class ThreemfWriter final : public MeshWriter {
     Result<void> end() override {
         int64_t bytes = kGlueBytes;
         bool any = false;
+        const auto end_one = [&](backends::DeflateSpool* spool) -> Result<void> {
+            if (spool == nullptr) return {};
+            any = true;
+            if (Result<void> ended = spool->end(); !ended) return ended;
+            bytes += std::max(spool->packed_bytes(), spool->sum().bytes);
+            return {};
+        };
+        Result<void> ended = end_one(all_.vertices.get());
         for (const Mesh& mesh : meshes_) {
-            for (backends::DeflateSpool* spool : {mesh.vertices.get(), mesh.triangles.get()}) {
-                if (spool == nullptr) continue;
-                any = true;
-                if (Result<void> ended = spool->end(); !ended) return ended;
-                bytes += std::max(spool->packed_bytes(), spool->sum().bytes);
-            }
+            if (ended) ended = end_one(mesh.vertices.get());
+            if (ended) ended = end_one(mesh.triangles.get());
         }
+        if (!ended) return ended;
         if (!any) return user_error(messages::kNothingPrinted);
         Result<backends::OutputFile*> file = file_->flushed();
         if (!file) return file.error();
@@ -125,6 +146,10 @@ class ThreemfWriter final : public MeshWriter {
         package_ = std::move(*package);
         Result<void> done = package_->add("[Content_Types].xml", kContentTypes);
         if (done) done = package_->add("_rels/.rels", kRelationships);
+        if (done) {
+            done = for_filament_ ? package_->add("Metadata/Slic3r_PE_model.config", volumes())
+                                 : package_->add("Metadata/model_settings.config", parts());
+        }
         if (done) done = package_->begin_packed(kModel, bytes);
         if (done) done = write_model();
         if (done) done = package_->end_packed(sum_);
@@ -138,17 +163,58 @@ class ThreemfWriter final : public MeshWriter {
         int64_t vertex_count = 0, triangle_count = 0;
     };
 
-    bool is_painted() const { return faces_ == Faces::kOfTheSolid; }
-    Mesh& mesh_of(uint8_t code) { return meshes_[is_painted() ? 0 : code - 1u]; }
-    /// Names the mesh of a material.
-    const std::string& name_of(size_t material) const {
-        return is_painted() ? info_.title : info_.materials[material].name;
-    }
-
-    Result<void> count(uint8_t code, int64_t* sum, size_t more) {
+    Result<void> count(const Mesh& mesh, int64_t* sum, size_t more) {
         *sum += static_cast<int64_t>(more);
         if (*sum <= kMostIndices) return {};
-        return user_error(fmt::format(messages::kMeshTooLarge, name_of(code - 1u)));
+        const auto material = static_cast<size_t>(&mesh - meshes_.data());
+        return user_error(fmt::format(
+            messages::kMeshTooLarge, for_filament_ ? info_.title : info_.materials[material].name));
+    }
+
+    bool is_there(const Mesh& mesh) const { return mesh.triangles != nullptr; }
+    /// The object of a material's mesh, or of all: numbers without gaps, after that of the colours.
+    int object_of(size_t material) const {
+        int id = kMaterialsId + 1;
+        for (size_t m = 0; m < material; ++m)
+            id += is_there(meshes_[m]) ? 1 : 0;
+        return id;
+    }
+
+    /// The triangles of each material, and its filament, as PrusaSlicer reads them.
+    /// Source: PrusaSlicer 2.5, Format/3mf.cpp.
+    std::string volumes() const {
+        std::string text = fmt::format("{} <object id=\"{}\" instances_count=\"1\">\n", kConfigHead,
+                                       kMaterialsId + 1);
+        int64_t first = 0;
+        for (size_t m = 0; m < meshes_.size(); ++m) {
+            if (!is_there(meshes_[m])) continue;
+            text += fmt::format(
+                "  <volume firstid=\"{}\" lastid=\"{}\">\n"
+                "   <metadata type=\"volume\" key=\"name\" value=\"{}\"/>\n"
+                "   <metadata type=\"volume\" key=\"volume_type\" value=\"ModelPart\"/>\n"
+                "   <metadata type=\"volume\" key=\"extruder\" value=\"{}\"/>\n  </volume>\n",
+                first, first + meshes_[m].triangle_count - 1,
+                backends::escape_xml(info_.materials[m].name), m + 1);
+            first += meshes_[m].triangle_count;
+        }
+        return text + " </object>\n</config>\n";
+    }
+
+    /// The filament of each material's object, as OrcaSlicer and Bambu Studio read it.
+    /// Source: OrcaSlicer, Format/bbs_3mf.cpp.
+    std::string parts() const {
+        std::string text =
+            fmt::format("{} <object id=\"{}\">\n  <metadata key=\"name\" value=\"{}\"/>\n",
+                        kConfigHead, object_of(meshes_.size()), backends::escape_xml(info_.title));
+        for (size_t m = 0; m < meshes_.size(); ++m) {
+            if (!is_there(meshes_[m])) continue;
+            text += fmt::format(
+                "  <part id=\"{}\" subtype=\"normal_part\">\n"
+                "   <metadata key=\"name\" value=\"{}\"/>\n"
+                "   <metadata key=\"extruder\" value=\"{}\"/>\n  </part>\n",
+                object_of(m), backends::escape_xml(info_.materials[m].name), m + 1);
+        }
+        return text + " </object>\n</config>\n";
     }
 
     Result<void> make_spool(std::unique_ptr<backends::DeflateSpool>* spool) {
@@ -176,11 +242,10 @@ class ThreemfWriter final : public MeshWriter {
         std::string text = fmt::format(
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
             "<model unit=\"millimeter\" xml:lang=\"en-US\" "
-            "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"{}>\n"
+            "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">\n"
             "<metadata name=\"Title\">{}</metadata>\n"
             "<metadata name=\"Application\">OpenFab</metadata>\n"
             "<resources>\n<basematerials id=\"{}\">\n",
-            is_painted() ? " xmlns:slic3rpe=\"http://schemas.slic3r.org/3mf/2017/06\"" : "",
             backends::escape_xml(info_.title), kMaterialsId);
         for (const pipeline::SliceMaterial& m : info_.materials) {
             text += fmt::format("<base name=\"{}\" displaycolor=\"#{:02X}{:02X}{:02X}{:02X}\"/>\n",
@@ -190,44 +255,62 @@ class ThreemfWriter final : public MeshWriter {
         return text + "</basematerials>\n";
     }
 
-    Result<void> write_model() {
-        Result<void> done = put(head());
+    Result<void> begin_object(int id, const std::string& name, size_t material) {
+        return put(
+            fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\" pid=\"{}\" pindex=\"{}\">\n"
+                        "<mesh>\n<vertices>\n",
+                        id, backends::escape_xml(name), kMaterialsId, material));
+    }
+    Result<void> end_object() { return put("</triangles>\n</mesh>\n</object>\n"); }
+
+    /// One object of all triangles, those of a material after each other.
+    Result<void> write_all() {
+        Result<void> done = begin_object(kMaterialsId + 1, info_.title, 0);
+        if (done) done = put(*all_.vertices);
+        if (done) done = put("</vertices>\n<triangles>\n");
+        for (const Mesh& mesh : meshes_) {
+            if (done && is_there(mesh)) done = put(*mesh.triangles);
+        }
+        return done ? end_object() : done;
+    }
+
+    /// An object for each material, and one that has them as components.
+    Result<void> write_each() {
         std::string components;
-        int id = kMaterialsId;
         for (size_t m = 0; m < meshes_.size(); ++m) {
             const Mesh& mesh = meshes_[m];
-            if (mesh.vertices == nullptr || mesh.triangles == nullptr) continue;
-            ++id;
-            components += fmt::format("<component objectid=\"{}\"/>\n", id);
-            if (done) {
-                done =
-                    put(fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\" pid=\"{}\" "
-                                    "pindex=\"{}\">\n<mesh>\n<vertices>\n",
-                                    id, backends::escape_xml(name_of(m)), kMaterialsId, m));
-            }
+            if (!is_there(mesh)) continue;
+            components += fmt::format("<component objectid=\"{}\"/>\n", object_of(m));
+            Result<void> done = begin_object(object_of(m), info_.materials[m].name, m);
             if (done) done = put(*mesh.vertices);
             if (done) done = put("</vertices>\n<triangles>\n");
             if (done) done = put(*mesh.triangles);
-            if (done) done = put("</triangles>\n</mesh>\n</object>\n");
+            if (done) done = end_object();
+            if (!done) return done;
         }
-        if (done && !is_painted()) {
-            ++id;
-            done =
-                put(fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\">\n<components>\n{}"
-                                "</components>\n</object>\n",
-                                id, backends::escape_xml(info_.title), components));
-        }
-        if (!done) return done;
         return put(
-            fmt::format("</resources>\n<build>\n<item objectid=\"{}\"/>\n</build>\n</model>\n", id),
+            fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\">\n<components>\n{}"
+                        "</components>\n</object>\n",
+                        object_of(meshes_.size()), backends::escape_xml(info_.title), components));
+    }
+
+    Result<void> write_model() {
+        Result<void> done = put(head());
+        if (done) done = for_filament_ ? write_all() : write_each();
+        if (!done) return done;
+        const int item = for_filament_ ? kMaterialsId + 1 : object_of(meshes_.size());
+        return put(
+            fmt::format("</resources>\n<build>\n<item objectid=\"{}\"{}/>\n</build>\n</model>\n",
+                        item, for_filament_ ? std::string() : placed(info_)),
             true);
     }
 
     std::filesystem::path path_;
-    Faces faces_;
+    bool for_filament_;
     pipeline::PrintInfo info_;
     Coordinates coordinates_;
-    std::vector<Mesh> meshes_;  ///< by material; or that of the solid
+    std::vector<Mesh> meshes_;  ///< by material; for filament, their triangles
+    Mesh all_;                  ///< for filament: the vertices, and how many triangles
     std::unique_ptr<backends::PartFile> file_;
     std::unique_ptr<backends::Package> package_;  ///< declared after file_, so destroyed before it
     backends::TextSum sum_;
@@ -237,11 +320,11 @@ class ThreemfWriter final : public MeshWriter {
 }  // namespace
 
 std::unique_ptr<MeshWriter> make_threemf_writer(const std::filesystem::path& path) {
-    return std::make_unique<ThreemfWriter>(path, Faces::kOfEachMaterial);
+    return std::make_unique<ThreemfWriter>(path, false);
 }
 
 std::unique_ptr<MeshWriter> make_filament_writer(const std::filesystem::path& path) {
-    return std::make_unique<ThreemfWriter>(path, Faces::kOfTheSolid);
+    return std::make_unique<ThreemfWriter>(path, true);
 }
 
 }  // namespace openfab::boundary

@@ -4,6 +4,7 @@
 
 // Vertex indices by point and material.
 
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -20,8 +21,27 @@ class VertexTable {
     /// Ends a row of `words` words and begins the next.
     void begin_word();
     /// Adds `count` vertices of a material at bit `bit` of the current word, numbered from `first`
-    /// on if they are its first in this word. Bits must be ascending.
+    /// on if they are its first in this word, unless number_word numbers all of it. Bits must be ascending.
     void add(uint8_t code, int32_t bit, int32_t count, uint32_t first);
+    /// Numbers the vertices of the current word from `first` on, material after material, and returns the next
+    /// number. Calls visit(bit, count) in the order of the numbers.
+    template <typename Visit>
+    uint32_t number_word(uint32_t first, Visit visit) {
+        for (size_t at = begins_.back(); at < entries_.size(); ++at) {
+            Entry& entry = entries_[at];
+            entry.first = first;
+            const uint64_t any = entry.ones | entry.twos | entry.fours;
+            for (uint64_t left = any; left != 0; left &= left - 1) {
+                const int32_t bit = std::countr_zero(left);
+                const auto count =
+                    static_cast<uint32_t>((entry.ones >> bit & 1) + 2 * (entry.twos >> bit & 1) +
+                                          4 * (entry.fours >> bit & 1));
+                visit(bit, count);
+                first += count;
+            }
+        }
+        return first;
+    }
     /// Returns the index of the first vertex of `code` at bit `bit` of a word; words are counted in
     /// the order of begin_word.
     uint32_t first(size_t word, int32_t bit, uint8_t code) const;

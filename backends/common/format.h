@@ -51,6 +51,8 @@ struct Format {
     std::string_view not_resumed = {};
     /// What a print that ends early says where an output is whole or not there; empty: its slices are kept.
     std::string_view ended_early = {};
+    /// What is to be known of a print that is written in it; null, or an empty text: nothing.
+    std::string (*note)(const pipeline::PrintInfo& info) = nullptr;
     /// Memory for each voxel of a slice besides the packed rows, for so many materials; null: none.
     int64_t (*bytes_per_column)(size_t materials) = nullptr;
     /// The files of an output; null: the output's path alone.

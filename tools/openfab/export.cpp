@@ -17,6 +17,7 @@
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/npy_sink.h"
 #include "backends/raster/slice_files.h"
+#include "base/say.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
@@ -54,6 +55,11 @@ Result<void> export_all(const ExportOptions& options, ofr::OfrReader* reader) {
     Result<std::unique_ptr<pipeline::SliceSink>> sink =
         program::open_output(options.print, printer_of(reader->info()));
     if (!sink) return sink.error();
+    const Result<const backends::Format*> format =
+        program::choose_format(options.print, printer_of(reader->info()));
+    if (format && *format != nullptr && (*format)->note != nullptr) {
+        if (const std::string text = (*format)->note(reader->info()); !text.empty()) note(text);
+    }
     Result<void> done = (*sink)->begin(reader->info());
     if (!done) return done;
     done = copy_slices(reader, sink->get());

@@ -48,7 +48,7 @@ int64_t triangles(const CollectedMeshes& meshes) {
 std::string trouble(const VoxelBlock& block, Crossings crossings = Crossings::kLookedFor) {
     const std::string wrong = check_meshes(block, mesh_block(block));
     if (!wrong.empty()) return wrong;
-    const std::string painted = check_painted(block, mesh_block_as_solid(block));
+    const std::string painted = check_painted(block, mesh_block_together(block));
     if (!painted.empty()) return "as a solid: " + painted;
     return check_meshes_by_position(block, mesh_block_by_position(block), crossings);
 }
@@ -256,23 +256,26 @@ TEST(BoundaryMesher, ABallHasFewTriangles) {
     std::printf("%d triangles\n", static_cast<int>(triangles(meshes)));
 }
 
-/// Flat faces of one material stay whole, whatever lies inside.
-TEST(BoundaryMesher, ASolidIsCutByItsSkinOnly) {
+/// The same triangles as with numbers for each material.
+TEST(BoundaryMesher, NumbersOfAllTogetherAreTheSameMeshes) {
     Random random(5);
-    const VoxelBlock block = filled({40, 30, 20}, [&](Vec3i v) {
-        const bool skin = v.x % 39 == 0 || v.y % 29 == 0 || v.z % 19 == 0;
-        return static_cast<uint8_t>(skin ? 1 : 1 + below(&random, 3));
-    });
-    const PaintedMesh painted = mesh_block_as_solid(block);
+    const VoxelBlock block =
+        filled({20, 15, 10}, [&](Vec3i) { return static_cast<uint8_t>(below(&random, 4)); });
+    const PaintedMesh painted = mesh_block_together(block);
     EXPECT_EQ(check_painted(block, painted), "");
-    // Two at the bottom and at the top, and eight around each slice.
-    EXPECT_EQ(painted.mesh.triangles.size(), 4u + 20 * 8);
+    size_t points = 0, triangles = 0;
+    for (const auto& [code, mesh] : mesh_block(block)) {
+        points += mesh.points.size();
+        triangles += mesh.triangles.size();
+    }
+    EXPECT_EQ(painted.mesh.points.size(), points);
+    EXPECT_EQ(painted.mesh.triangles.size(), triangles);
 }
 
-TEST(BoundaryCheck, FindsDamageOfASolid) {
+TEST(BoundaryCheck, FindsDamageOfMeshesTogether) {
     const VoxelBlock block =
         filled({3, 3, 3}, [](Vec3i v) { return static_cast<uint8_t>(v.x == 1 ? 2 : 1); });
-    const PaintedMesh fine = mesh_block_as_solid(block);
+    const PaintedMesh fine = mesh_block_together(block);
     ASSERT_EQ(check_painted(block, fine), "");
     PaintedMesh repainted = fine;
     repainted.codes[3] = static_cast<uint8_t>(3 - repainted.codes[3]);

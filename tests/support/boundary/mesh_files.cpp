@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mesh/read/threemf.h"
@@ -20,6 +21,14 @@ uint8_t code_of(const mesh::MeshSource& source, size_t triangle, const pipeline:
     return code;
 }
 
+/// As the build places the mesh: the lowest slice at 0, and nothing below x and y of 0.
+pipeline::PrintInfo placed(pipeline::PrintInfo info) {
+    info.origin_mm.x = std::max(0.0, info.origin_mm.x);
+    info.origin_mm.y = std::max(0.0, info.origin_mm.y);
+    info.origin_mm.z = -info.slice_begin * info.pitch_mm.z;
+    return info;
+}
+
 }  // namespace
 
 Vec3i half_voxels(const Vec3d& mm, const pipeline::PrintInfo& info) {
@@ -30,7 +39,8 @@ Vec3i half_voxels(const Vec3d& mm, const pipeline::PrintInfo& info) {
     return p;
 }
 
-CollectedMeshes read_threemf_meshes(const std::string& bytes, const pipeline::PrintInfo& info) {
+CollectedMeshes read_threemf_meshes(const std::string& bytes, const pipeline::PrintInfo& print) {
+    const pipeline::PrintInfo info = placed(print);
     const Result<mesh::MeshSource> source = mesh::parse_threemf(bytes, "print.3mf");
     if (!source) {
         ADD_FAILURE() << source.error().text();

@@ -120,18 +120,15 @@ void for_each_face(const VoxelBlock& block, Visit visit) {
 }
 
 std::string check_faces(const VoxelBlock& block, uint8_t code, const CollectedMesh& mesh,
-                        int32_t unit, boundary::Faces faces = boundary::Faces::kOfEachMaterial) {
+                        int32_t unit) {
     Coverage coverage(block.size, unit);
     for (const auto& triangle : mesh.triangles) {
         if (std::string wrong = coverage.add(corners(mesh, triangle)); !wrong.empty()) return wrong;
     }
     std::string wrong;
     for_each_face(block, [&](const Vec3i& face, int axis, uint8_t low, uint8_t high) {
-        const auto bounds = [&](uint8_t other) {
-            return faces == boundary::Faces::kOfTheSolid ? other == 0 : other != code;
-        };
-        const std::array<int32_t, 2> expected{low == code && bounds(high) ? 1 : 0,
-                                              high == code && bounds(low) ? 1 : 0};
+        const std::array<int32_t, 2> expected{low == code && high != code ? 1 : 0,
+                                              high == code && low != code ? 1 : 0};
         for (size_t s = 0; s < kSamples.size() && wrong.empty(); ++s) {
             const std::array<int32_t, 2> found = coverage.count(face, axis, s);
             if (found == expected) continue;
@@ -198,14 +195,14 @@ class PlaceCollector : public boundary::MeshReceiver {
     std::map<uint8_t, std::map<std::array<int32_t, 3>, uint32_t>> numbers_;
 };
 
-class SolidCollector : public boundary::MeshReceiver {
+class TogetherCollector : public boundary::MeshReceiver {
   public:
     PaintedMesh painted;
     std::vector<boundary::MeshTriangle> taken;
 
-    boundary::Faces faces() const override { return boundary::Faces::kOfTheSolid; }
+    bool numbers_together() const override { return true; }
     Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) override {
-        if (code != 1) return internal_error("a vertex of another mesh");
+        if (code != 0) return internal_error("a vertex of one material");
         std::vector<Vec3i>* all = &painted.mesh.points;
         all->insert(all->end(), points.begin(), points.end());
         return {};
@@ -285,8 +282,8 @@ CollectedMeshes mesh_block_by_position(const VoxelBlock& block) {
     return send(block, &collector) ? collector.meshes : CollectedMeshes();
 }
 
-PaintedMesh mesh_block_as_solid(const VoxelBlock& block) {
-    SolidCollector collector;
+PaintedMesh mesh_block_together(const VoxelBlock& block) {
+    TogetherCollector collector;
     if (!send(block, &collector)) return {};
     for (const boundary::MeshTriangle& t : collector.taken) {
         for (const boundary::MeshCorner& c : t) {
@@ -313,7 +310,7 @@ std::string check_painted(const VoxelBlock& block, const PaintedMesh& painted) {
         part->second.triangles.push_back(mesh.triangles[t]);
     }
     for (const auto& [code, part] : parts) {
-        std::string wrong = check_faces(block, code, part, 2, boundary::Faces::kOfTheSolid);
+        std::string wrong = check_faces(block, code, part, 2);
         if (!wrong.empty()) return fmt::format("material {}: {}", code, wrong);
     }
     return {};

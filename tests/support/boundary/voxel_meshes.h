@@ -62,18 +62,17 @@ CollectedMeshes mesh_block(const VoxelBlock& block);
 /// vertex indices: equal points are one. In steps, kSteps a voxel.
 CollectedMeshes mesh_block_by_position(const VoxelBlock& block);
 
-/// The mesh of a solid, with the material of each triangle.
+/// The meshes of all materials in one, with the material of each triangle.
 struct PaintedMesh {
     CollectedMesh mesh;
     std::vector<uint8_t> codes;
 };
 
-/// Returns the mesh of a block as one solid; an empty one where the mesher failed.
-PaintedMesh mesh_block_as_solid(const VoxelBlock& block);
+/// Returns the meshes of a block whose vertices are numbered together; an empty one where the mesher failed.
+PaintedMesh mesh_block_together(const VoxelBlock& block);
 
-/// Checks the mesh of a block as one solid; returns the first fault: check_manifold; the volume is
-/// not that of the voxels; a face towards the void is not covered exactly once, from the right side
-/// and by the material behind it, or another face is covered.
+/// Checks the meshes of a block in one; returns the first fault: check_manifold; the volume is
+/// not that of the voxels; a face of a material is not covered exactly once by it, from the right side.
 std::string check_painted(const VoxelBlock& block, const PaintedMesh& painted);
 
 /// Checks one mesh; returns the first fault, empty if none: degenerate triangles, edges that are

@@ -18,8 +18,10 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <regex>
 #include <set>
 
+#include "backends/boundary/formats.h"
 #include "backends/boundary/messages.h"
 #include "backends/common/package.h"
 #include "mesh/load/load_mesh.h"
@@ -98,7 +100,7 @@ TEST_F(MeshFiles, A3mfCanBePrinted) {
     EXPECT_EQ(mesh->groups[0].first, "white");
 }
 
-TEST_F(MeshFiles, A3mfForFilamentsHoldsThePaintedSolid) {
+TEST_F(MeshFiles, A3mfForFilamentsHoldsAllMeshesInOneObject) {
     SamplePrint print = exact_sample({13, 7, 9}, 8);
     // More filaments than a digit of the painting holds without its longer form.
     while (print.info.materials.size() < boundary::kMostFilaments) {
@@ -127,12 +129,46 @@ TEST_F(MeshFiles, A3mfForFilamentsHoldsThePaintedSolid) {
         at = model->find(" p1=", at);
         ASSERT_NE(at, std::string::npos);
         const std::string expected =
-            fmt::format(" p1=\"{}\" paint_color=\"{}\" slic3rpe:mmu_segmentation=\"{}\"/>",
-                        code - 1, kWritten[code - 1], kWritten[code - 1]);
+            fmt::format(" p1=\"{}\" paint_color=\"{}\"/>", code - 1, kWritten[code - 1]);
         ASSERT_EQ(model->substr(at, expected.size()), expected);
         at += expected.size();
     }
     EXPECT_EQ(model->find(" p1=", at), std::string::npos);
+
+    // The volumes are all triangles, each those of its filament.
+    const Result<std::string> config = zip->read("Metadata/Slic3r_PE_model.config");
+    ASSERT_TRUE(config) << config.error().text();
+    const std::regex volume(
+        R"re(firstid="([0-9]+)" lastid="([0-9]+)">[\s\S]*?key="extruder" value="([0-9]+)")re");
+    size_t next = 0;
+    for (std::sregex_iterator each(config->begin(), config->end(), volume), end; each != end;
+         ++each) {
+        const size_t first = std::stoul((*each)[1]), last = std::stoul((*each)[2]);
+        ASSERT_EQ(first, next);
+        for (size_t t = first; t <= last; ++t)
+            ASSERT_EQ(painted.codes.at(t), std::stoul((*each)[3]));
+        next = last + 1;
+    }
+    EXPECT_EQ(next, painted.codes.size());
+}
+
+/// The build of a 3MF stands on the bed, which exact_sample's x and these heights do not.
+TEST_F(MeshFiles, WhatIsBelowTheBedIsPlacedOrTold) {
+    SamplePrint print = exact_sample({5, 4, 6});
+    EXPECT_EQ(boundary::kStlFormat.note(print.info), "");
+    print.info.origin_mm.z = -4;
+    print.info.slice_begin = 2;
+    EXPECT_THAT(boundary::kStlFormat.note(print.info),
+                testing::Says(boundary::messages::kBelowBed, "-3"));
+    ASSERT_TRUE(write(print, "part.3mf"));
+    Result<mesh::LoadedMesh> mesh = mesh::load_mesh(scratch_ / "part.3mf", {});
+    ASSERT_TRUE(mesh) << mesh.error().text();
+    Vec3d lowest{1e9, 1e9, 1e9};
+    for (const Vec3d& p : mesh->mesh.positions) {
+        for (int a = 0; a < 3; ++a)
+            lowest[a] = std::min(lowest[a], p[a]);
+    }
+    EXPECT_EQ(lowest, (Vec3d{0, 2.25, 0}));
 }
 
 TEST_F(MeshFiles, SlicersNumberFewFilaments) {
