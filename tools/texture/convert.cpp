@@ -72,8 +72,14 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
         StillImage::open(image, limits.memory_bytes, guarded);
     if (!in) return bad(in.error());
     const OIIO::ImageSpec spec = (*in)->spec();
-    if (spec.nchannels > 4)
-        return bad(user_error(fmt::format(messages::kImageChannels, spec.nchannels)));
+    if (spec.nchannels > 4) {
+        return bad(user_error(fmt::format(messages::kPictureChannels, spec.nchannels,
+                                          fmt::join(spec.channelnames, ", "))));
+    }
+    if (!(*in)->left_out().empty()) {
+        tell(fmt::format(messages::kChannelsLeftOut, image.filename().string(),
+                         fmt::join((*in)->left_out(), ", ")));
+    }
     const Decoder decoder(spec, (*in)->color(), options);
     const int orientation = spec.get_int_attribute("Orientation", 1);
     const Placement placement = placement_for(spec.width, spec.height, orientation);

@@ -49,7 +49,11 @@ class StackReader final : public VolumeReader {
             return user_error(fmt::format(messages::kTooManyPages, StillImage::kMostPages));
         }
         if (spec_.nchannels > 4)
-            return user_error(fmt::format(messages::kImageChannels, spec_.nchannels));
+            return user_error(fmt::format(messages::kPictureChannels, spec_.nchannels,
+                                          fmt::join(spec_.channelnames, ", ")));
+        if (!image_->left_out().empty())
+            tell(fmt::format(messages::kChannelsLeftOut, files_[0].filename().string(),
+                             fmt::join(image_->left_out(), ", ")));
         channels = options_.luminance ? 1 : spec_.nchannels;
         // Slices are mostly measurements; only colour images count as pictures.
         const bool colour = spec_.format.basetype == OIIO::TypeDesc::UINT8 && spec_.nchannels >= 3;

@@ -31,6 +31,20 @@ bool is_interlaced(const InputFile& png) {
     return got && *got == 1 && method != 0;
 }
 
+/// Returns the channels of a picture among more than four: red, green, blue and alpha; else none.
+std::vector<int> colour_channels(const OIIO::ImageSpec& spec) {
+    std::vector<int> out;
+    for (const char* name : {"R", "G", "B", "A"}) {
+        const int channel = spec.channelindex(name);
+        if (channel >= 0) {
+            out.push_back(channel);
+        } else if (*name != 'A') {
+            return {};
+        }
+    }
+    return out;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64_t memory_bytes,
@@ -79,6 +93,7 @@ Result<void> StillImage::open_input() {
     if (!opened) return trouble(input_->geterror());
     subimage_ = 0;
     if (Result<void> fine = fits(); !fine) return fine;
+    frame();
     return format_ == "tiff" ? open_tiff() : Result<void>();
 }
 
@@ -94,7 +109,7 @@ Result<void> StillImage::open_tiff() {
     constexpr int kBlackIsLeast = 1, kRgb = 2;
     const bool light = page.photometric == kBlackIsLeast || page.photometric == kRgb;
     const bool bytes = page.bits == 8 || page.bits == 16 || page.bits == 32 || page.bits == 64;
-    if (light && bytes && page.samples == spec().nchannels) tiff_ = std::move(*opened);
+    if (light && bytes && page.samples == input_->spec().nchannels) tiff_ = std::move(*opened);
     return {};
 }
 
@@ -130,16 +145,45 @@ Result<void> StillImage::go_to(int page) {
     }
     if (!input_->seek_subimage(page, 0)) return trouble(input_->geterror());
     subimage_ = page;
-    return fits();
+    if (Result<void> fine = fits(); !fine) return fine;
+    frame();
+    return {};
+}
+
+/// Programs that render crop a picture's data to what is not black, and add channels of their own, such as depth.
+void StillImage::frame() {
+    spec_ = input_->spec();
+    picked_.clear();
+    left_out_.clear();
+    if (format_ != "openexr") return;
+    const OIIO::ImageSpec& stored = input_->spec();
+    spec_.x = stored.full_x, spec_.y = stored.full_y;
+    spec_.width = stored.full_width, spec_.height = stored.full_height;
+    constexpr int kMost = 4;
+    if (stored.nchannels <= kMost) return;
+    picked_ = colour_channels(stored);
+    if (picked_.empty()) return;
+    spec_.channelnames.clear();
+    for (int c = 0; c < stored.nchannels; ++c) {
+        const bool taken = std::find(picked_.begin(), picked_.end(), c) != picked_.end();
+        if (!taken) left_out_.push_back(stored.channel_name(c));
+    }
+    for (const int c : picked_)
+        spec_.channelnames.push_back(stored.channel_name(c));
+    spec_.nchannels = static_cast<int>(picked_.size());
+    spec_.alpha_channel = picked_.size() == kMost ? kMost - 1 : -1;
+    spec_.channelformats.clear();
 }
 
 int StillImage::band_rows() const {
-    return std::min(spec().height, spec().tile_height > 0 ? spec().tile_height : kRows);
+    const OIIO::ImageSpec& s = input_->spec();
+    return std::min(s.height, s.tile_height > 0 ? s.tile_height : kRows);
 }
 
 Result<void> StillImage::fits() const {
-    const OIIO::ImageSpec& s = spec();
-    if (s.width < 1 || s.height < 1) return user_error(messages::kPictureEmpty);
+    const OIIO::ImageSpec& s = input_->spec();
+    if (s.width < 1 || s.height < 1 || s.full_width < 1 || s.full_height < 1)
+        return user_error(messages::kPictureEmpty);
     if (s.deep) return user_error(messages::kDeepImage);
     if (s.depth > 1) return user_error(messages::kIsAVolume);
     const auto pixels = static_cast<double>(s.width) * s.height;
@@ -178,7 +222,43 @@ Result<void> StillImage::fits() const {
 
 Result<void> StillImage::each_row(const std::function<Result<void>(int y, const float* row)>& use) {
     if (tiff_ != nullptr) return tiff_->each_row(0, TiffImage::Scale::kPicture, 0, use);
-    const OIIO::ImageSpec& s = spec();
+    const OIIO::ImageSpec& s = input_->spec();
+    const bool whole = spec_.x == s.x && spec_.y == s.y && spec_.width == s.width &&
+                       spec_.height == s.height && picked_.empty();
+    if (whole) return each_stored_row(use);
+    const auto channels = static_cast<size_t>(spec_.nchannels);
+    const auto stored = static_cast<size_t>(s.nchannels);
+    std::vector<float> row(static_cast<size_t>(spec_.width) * channels);
+    int next = 0;  // of the picture's rows
+    const auto empty_until = [&](int end) -> Result<void> {
+        std::fill(row.begin(), row.end(), 0.0F);
+        for (; next < end; ++next) {
+            if (Result<void> used = use(next, row.data()); !used) return used;
+        }
+        return {};
+    };
+    Result<void> done = each_stored_row([&](int y, const float* data) -> Result<void> {
+        const int at = s.y + y - spec_.y;
+        if (at < 0 || at >= spec_.height) return {};
+        if (Result<void> used = empty_until(at); !used) return used;
+        std::fill(row.begin(), row.end(), 0.0F);
+        const int begin = std::max(s.x, spec_.x);
+        const int end = std::min(s.x + s.width, spec_.x + spec_.width);
+        for (int x = begin; x < end; ++x) {
+            const float* const from = data + static_cast<size_t>(x - s.x) * stored;
+            float* const to = row.data() + static_cast<size_t>(x - spec_.x) * channels;
+            for (size_t c = 0; c < channels; ++c)
+                to[c] = from[picked_.empty() ? c : static_cast<size_t>(picked_[c])];
+        }
+        ++next;
+        return use(at, row.data());
+    });
+    return done ? empty_until(spec_.height) : done;
+}
+
+Result<void> StillImage::each_stored_row(
+    const std::function<Result<void>(int y, const float* row)>& use) {
+    const OIIO::ImageSpec& s = input_->spec();
     const auto row_floats = static_cast<size_t>(s.width) * static_cast<size_t>(s.nchannels);
     const int step = band_rows();
     std::vector<float> rows(row_floats * static_cast<size_t>(step));

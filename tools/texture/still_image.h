@@ -34,7 +34,11 @@ class StillImage {
     static Result<std::unique_ptr<StillImage>> open(const std::filesystem::path& file,
                                                     int64_t memory_bytes, bool guarded = false);
 
-    const OIIO::ImageSpec& spec() const { return input_->spec(); }
+    /// Of an OpenEXR picture: of its display window, which is the picture's frame, and of the channels that are
+    /// read of it.
+    const OIIO::ImageSpec& spec() const { return spec_; }
+    /// The names of its channels that are left out.
+    const std::vector<std::string>& left_out() const { return left_out_; }
     /// Says what the numbers of the current page mean.
     FileColor color() const {
         FileColor color = color_of(file_, format_, spec());
@@ -51,7 +55,7 @@ class StillImage {
     Result<void> go_to(int page);
 
     /// Calls use(y, row) for each row of the page from the top: interleaved floats, integers scaled
-    /// to 0..1. Stops at the first error of `use`.
+    /// to 0..1. Around the data of an OpenEXR picture there is 0. Stops at the first error of `use`.
     Result<void> each_row(const std::function<Result<void>(int y, const float* row)>& use);
 
   private:
@@ -60,6 +64,8 @@ class StillImage {
     Result<void> open_input();
     Result<void> open_tiff();
     Result<void> fits() const;
+    void frame();
+    Result<void> each_stored_row(const std::function<Result<void>(int y, const float* row)>& use);
     int band_rows() const;
     Error trouble(std::string reason) const;
 
@@ -75,7 +81,10 @@ class StillImage {
     std::vector<char> bits_;               ///< of a PBM in digits
     std::unique_ptr<OIIO::Filesystem::IOMemReader> bits_file_;
     std::unique_ptr<OIIO::ImageInput> input_;
-    int subimage_ = 0;  ///< of input_
+    OIIO::ImageSpec spec_;               ///< what is read of that of input_
+    std::vector<int> picked_;            ///< its channels, where others are left out
+    std::vector<std::string> left_out_;  ///< their names
+    int subimage_ = 0;                   ///< of input_
 };
 
 }  // namespace openfab::tools

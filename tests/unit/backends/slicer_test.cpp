@@ -83,9 +83,9 @@ TEST(Slicer, PrintsEachLayerWithTheFilamentOfItsVoxels) {
     boundary::MeshSink sink(boundary::make_filament_writer(scratch / "part.3mf"));
     ASSERT_TRUE(print.send(&sink));
     scratch.write("two.ini", kSettings);
-    const std::string command = fmt::format(
-        "cd '{}' && prusa-slicer --load two.ini -g -o part.gcode part.3mf > log 2>&1",
-        scratch.path().string());
+    const std::string command =
+        fmt::format("cd '{}' && prusa-slicer --load two.ini -g -o part.gcode part.3mf > log 2>&1",
+                    scratch.path().string());
     ASSERT_EQ(std::system(command.c_str()), 0) << read_file(scratch / "log");
     const Sliced sliced = read_gcode(scratch / "part.gcode");
     EXPECT_EQ(sliced.mm.size(), 24U);

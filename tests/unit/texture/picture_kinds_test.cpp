@@ -154,6 +154,77 @@ TEST_F(PictureKinds, PrimariesBecomeThoseOfSrgb) {
                   {-0.5876411, 1.1328999, -0.1005789});
 }
 
+/// Programs that render write the data that are not black, and say where they lie in the picture.
+TEST_F(PictureKinds, TheFrameOfOpenExrIsItsDisplayWindow) {
+    constexpr int kWide = 7, kHigh = 5;
+    struct Window {
+        int x, y, width, height;
+    };
+    // Inside, with overscan on two sides, beside the frame, and one whose frame does not begin at 0.
+    const std::vector<std::pair<Window, std::array<int, 2>>> windows = {
+        {{2, 1, 3, 2}, {0, 0}}, {{-2, -1, 6, 4}, {0, 0}},    {{3, 2, 9, 8}, {0, 0}},
+        {{8, 1, 2, 2}, {0, 0}}, {{-9, 11, 3, 3}, {-10, 10}}, {{0, 0, kWide, kHigh}, {0, 0}}};
+    for (const auto& [data, frame] : windows) {
+        for (const int tile : {0, 16}) {
+            const std::filesystem::path file = folder_.path() / "w.exr";
+            OIIO::ImageSpec spec(data.width, data.height, 1, OIIO::TypeDesc::FLOAT);
+            spec.x = data.x, spec.y = data.y;
+            spec.full_x = frame[0], spec.full_y = frame[1];
+            spec.full_width = kWide, spec.full_height = kHigh;
+            spec.tile_width = spec.tile_height = tile;
+            const auto value = [](int x, int y) { return static_cast<float>(1 + x + 100 * y); };
+            std::vector<float> pixels, want;
+            for (int y = data.y; y < data.y + data.height; ++y) {
+                for (int x = data.x; x < data.x + data.width; ++x)
+                    pixels.push_back(value(x, y));
+            }
+            // Rows of a texture go up.
+            for (int y = frame[1] + kHigh - 1; y >= frame[1]; --y) {
+                for (int x = frame[0]; x < frame[0] + kWide; ++x) {
+                    const bool in = x >= data.x && x < data.x + data.width && y >= data.y &&
+                                    y < data.y + data.height;
+                    want.push_back(in ? value(x, y) : 0);
+                }
+            }
+            const auto out = OIIO::ImageOutput::create(file.string());
+            ASSERT_TRUE(out->open(file.string(), spec)) << out->geterror();
+            ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
+            out->close();
+            std::vector<float> found = texels_of(file, 1);
+            found.resize(want.size());  // level 0
+            EXPECT_EQ(found, want) << data.x << " " << data.y << " tile " << tile;
+        }
+    }
+}
+
+TEST_F(PictureKinds, ColourAndDepthOfOpenExrIsThePictureAlone) {
+    const auto write = [&](std::vector<std::string> names) {
+        const std::filesystem::path file = folder_.path() / "d.exr";
+        OIIO::ImageSpec spec(1, 1, static_cast<int>(names.size()), OIIO::TypeDesc::FLOAT);
+        std::vector<float> pixel;
+        for (const std::string& name : names)
+            pixel.push_back(name == "R"   ? 0.25F
+                            : name == "G" ? 0.5F
+                            : name == "B" ? 0.75F
+                            : name == "A" ? 1
+                                          : 9);
+        spec.channelnames = std::move(names);
+        const auto out = OIIO::ImageOutput::create(file.string());
+        EXPECT_TRUE(out->open(file.string(), spec)) << out->geterror();
+        EXPECT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixel.data()));
+        out->close();
+        return file;
+    };
+    const auto begins = [](std::vector<float> texels, size_t count) {
+        texels.resize(count);
+        return texels;
+    };
+    EXPECT_EQ(begins(texels_of(write({"R", "G", "B", "A", "Z"}), 4), 4),
+              (std::vector<float>{0.25F, 0.5F, 0.75F, 1}));
+    EXPECT_EQ(begins(texels_of(write({"B", "G", "N.X", "N.Y", "N.Z", "R"}), 3), 3),
+              (std::vector<float>{0.25F, 0.5F, 0.75F}));
+}
+
 TEST_F(PictureKinds, ChromaticitiesOfOpenExr) {
     const auto exr = [&](const std::array<float, 8>& corners) {
         const std::filesystem::path file = folder_.path() / "c.exr";
