@@ -64,6 +64,7 @@ std::vector<std::pair<const char*, int64_t>> counts_of(const mesh::MeshChecks& c
         {"shells inside out, flipped", checks.turned},
         {"cavities", checks.cavities},
         {"shells inside others that cut nothing out", checks.nested},
+        {"pairs of shells that overlap", checks.overlapping},
         {checks.all_intersections ? "pairs of triangles that cross"
                                   : "or more pairs of triangles that cross",
          checks.intersections}};

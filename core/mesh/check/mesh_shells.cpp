@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "mesh/check/disjoint_sets.h"
+#include "mesh/check/nesting.h"
 #include "mesh/check/triangle_tree.h"
 #include "mesh/check/winding.h"
 #include "mesh/model/messages.h"
@@ -93,6 +94,28 @@ std::optional<std::vector<Shell>> measure_shells(const Mesh& mesh,
     return shells;
 }
 
+/// Finds the pairs of solid shells that overlap, also where their sides are coplanar, so that no triangles cross. Empty
+/// where there are too many shells to look.
+std::vector<std::pair<int32_t, int32_t>> find_overlaps(const Mesh& mesh,
+                                                       const std::vector<int32_t>& shell_of,
+                                                       const std::vector<Shell>& shells) {
+    constexpr size_t kMostShells = 2000;
+    if (shells.size() < 2 || shells.size() > kMostShells) return {};
+    std::vector<int32_t> number_of(shell_of.size(), -1), pieces(shell_of.size());
+    for (size_t i = 0; i < shells.size(); ++i)
+        number_of[shells[i].triangle] = static_cast<int32_t>(i);
+    for (size_t t = 0; t < shell_of.size(); ++t)
+        pieces[t] = number_of[shell_of[t]];
+    const std::optional<Nesting> nesting =
+        find_nesting(mesh, pieces, static_cast<int32_t>(shells.size()));
+    if (!nesting) return {};
+    std::vector<std::pair<int32_t, int32_t>> out;
+    for (const auto& [one, other] : nesting->overlaps) {
+        if (shells[one].volume > 0 && shells[other].volume > 0) out.emplace_back(one, other);
+    }
+    return out;
+}
+
 std::string count_of(int64_t n, const char* what) {
     return n == 1 ? fmt::format("a {}", what) : fmt::format("{} {}s", n, what);
 }
@@ -114,7 +137,6 @@ Result<void> orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
                                  [&](const Shell& s) { return !outermost(s) || s.volume < 0; });
     std::vector<bool> flip(mesh.triangles.size());
     int32_t turned = -1;
-    int32_t nested = -1;
     for (Shell& shell : shells) {
         if (all || (outermost(shell) && shell.volume < 0)) {
             flip[shell.triangle] = true;
@@ -123,20 +145,36 @@ Result<void> orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
             ++checks.turned;
             if (turned < 0) turned = shell.triangle;
         }
+    }
+    if (turned >= 0) flip_shells(&mesh, shell_of, flip);
+    const std::vector<std::pair<int32_t, int32_t>> overlaps = find_overlaps(mesh, shell_of, shells);
+    int32_t nested = -1;
+    for (size_t i = 0; i < shells.size(); ++i) {
+        const Shell& shell = shells[i];
         if (shell.winding <= 0) continue;
+        const auto is_it = [&](const auto& pair) {
+            return pair.first == static_cast<int32_t>(i) || pair.second == static_cast<int32_t>(i);
+        };
         if (shell.volume < 0) {
             ++checks.cavities;
-        } else {
+        } else if (std::none_of(overlaps.begin(), overlaps.end(), is_it)) {
             ++checks.nested;
             if (nested < 0) nested = shell.triangle;
         }
     }
     checks.shells = static_cast<int64_t>(shells.size());
+    checks.overlapping = static_cast<int64_t>(overlaps.size());
     if (turned >= 0) {
-        flip_shells(&mesh, shell_of, flip);
         source->warnings.push_back(fmt::format(messages::kShellsInsideOut,
                                                source->origin.str(turned), mesh.name,
                                                count_of(checks.turned, "shell")));
+    }
+    if (!overlaps.empty()) {
+        const int32_t triangle = shells[overlaps[0].second].triangle;
+        source->warnings.push_back(
+            fmt::format(messages::kShellsOverlap, source->origin.str(triangle), mesh.name,
+                        count_of(checks.overlapping, "pair"),
+                        source->location(at(mesh, mesh.triangles[triangle][0]))));
     }
     if (nested >= 0) {
         const Vec3d& p = at(mesh, mesh.triangles[nested][0]);

@@ -37,7 +37,7 @@ void look_for_intersections(MeshSource* source) {
     const Intersections found = find_intersections(source->mesh);
     source->checks.intersections = found.pairs;
     source->checks.all_intersections = found.all;
-    if (found.pairs == 0) return;
+    if (found.pairs == 0 || source->checks.overlapping > 0) return;  // which says the same
     source->warnings.push_back(
         fmt::format(messages::kIntersectsItself, source->origin.str(found.first), source->mesh.name,
                     found.all ? "" : messages::kAtLeast, found.pairs, found.pairs == 1 ? "" : "s",

@@ -54,6 +54,7 @@ struct MeshChecks {
     int64_t turned = 0;             ///< shells that were inside out
     int64_t cavities = 0;           ///< shells that bound a hollow
     int64_t nested = 0;             ///< shells inside others that are not cavities
+    int64_t overlapping = 0;        ///< pairs of shells that share volume, neither inside the other
     int64_t intersections = -1;     ///< pairs of triangles that cross; -1: not searched for
     bool all_intersections = true;  ///< false: there may be more than those counted
 };

@@ -75,6 +75,41 @@ TEST(MeshCheck, NamesShellsThatCutNothingOut) {
     EXPECT_TRUE(rattle.warnings.empty());
 }
 
+/// Boxes side by side that share volume: their sides are coplanar, so that no triangles cross, and vertices of one
+/// lie on the other, wherever they begin.
+TEST(MeshCheck, NamesShellsThatOverlap) {
+    const auto wide = [](const Vec3d& at, const Vec3d& size) {
+        Mesh made = box({0, 0, 0}, 1);
+        for (Vec3d& p : made.positions)
+            p = {at.x + p.x * size.x, at.y + p.y * size.y, at.z + p.z * size.z};
+        return made;
+    };
+    const std::vector<std::pair<Mesh, Mesh>> pairs = {
+        {wide({-6, -4, 0}, {8, 8, 8}), wide({-2, -4, 0}, {8, 8, 8})},
+        {wide({-2, -4, 0}, {8, 8, 8}), wide({-6, -4, 0}, {8, 8, 8})},
+        {wide({0, 0, 0}, {4, 4, 8}), wide({0, 0, 5}, {4, 4, 8})},
+        {wide({0, 0, 0}, {9, 3, 3}), wide({3, -3, 0}, {3, 9, 3})},
+        {wide({0, 0, 0}, {9, 3, 3}), wide({2, 1, 1}, {10, 4, 4})},
+    };
+    for (const auto& [one, other] : pairs) {
+        MeshSource both = source_of(joined({one, other}));
+        ASSERT_TRUE(prepare_mesh(&both));
+        EXPECT_EQ(both.checks.overlapping, 1);
+        EXPECT_EQ(both.checks.nested, 0);
+        ASSERT_EQ(both.warnings.size(), 1U);
+        EXPECT_THAT(both.warnings[0],
+                    testing::Says(messages::kShellsOverlap, "m", "part", "a pair", "*"));
+    }
+    // Side by side, or a third one in one of two that overlap.
+    MeshSource beside = source_of(joined({box({0, 0, 0}, 4), box({4, 0, 0}, 4)}));
+    ASSERT_TRUE(prepare_mesh(&beside));
+    EXPECT_TRUE(beside.warnings.empty());
+    MeshSource third = source_of(joined({box({0, 0, 0}, 8), box({5, 1, 1}, 8), box({1, 1, 1}, 2)}));
+    ASSERT_TRUE(prepare_mesh(&third));
+    EXPECT_EQ(third.checks.overlapping, 1);
+    EXPECT_EQ(third.checks.nested, 1);
+}
+
 TEST(MeshCheck, ManyShellsTakeNoTime) {
     std::vector<Mesh> boxes;
     for (int i = 0; i < 4000; ++i)
