@@ -244,6 +244,7 @@ class GltfReader {
             mesh_.add_vertex(placed);
         }
         std::vector<Source> sources;
+        colours_ = colours_of(primitive);
         for (const JsonMember& m : attributes->members)
             add_attribute(primitive, m, *moves, positions->count(), skin, &sources);
         if (gltf_.ok() && corners.size() >= 3)
@@ -288,9 +289,9 @@ class GltfReader {
 
     std::optional<GltfArray> plain_array(const JsonValue& attributes, const std::string& key,
                                          size_t components) {
-        Result<GltfArray> array =
-            gltf_.array(gltf_.integer(attributes, key.c_str(), 0),
-                        key == "COLOR_0" ? GltfFile::Use::kShares : GltfFile::Use::kNumbers);
+        Result<GltfArray> array = gltf_.array(
+            gltf_.integer(attributes, key.c_str(), 0),
+            key.starts_with(kGltfColours) ? GltfFile::Use::kShares : GltfFile::Use::kNumbers);
         if (!array || !gltf_.ok()) return {};
         if (components != 0 && array->components != components) {
             gltf_.fail(attributes, fmt::format(messages::kWrongComponents, key, array->components),
@@ -325,22 +326,52 @@ class GltfReader {
     /// What tells apart how the values of an attribute are read.
     struct Kinds {
         bool normal, coordinates, colour;
-        explicit Kinds(const std::string& key)
+        Kinds(const std::string& key, const std::string& colours)
             : normal(key == "NORMAL"),
               coordinates(key.starts_with(kGltfTexture)),
-              colour(key == "COLOR_0") {}
+              colour(key == colours) {}
         size_t components() const { return normal ? 3 : coordinates ? 2 : 0; }
     };
+
+    /// Returns which of its colours are printed: the first. Where they are white throughout and others are not, the others:
+    /// Blender writes white first where a material does not use the paint.
+    std::string colours_of(const JsonValue& primitive) {
+        const JsonValue& attributes = *gltf_member(&primitive, "attributes");
+        const std::string first = fmt::format("{}0", kGltfColours),
+                          second = fmt::format("{}1", kGltfColours);
+        if (attributes.find(first) == nullptr || attributes.find(second) == nullptr) return first;
+        const auto is_white = [&](const std::string& key) {
+            const std::optional<GltfArray> array = array_of(primitive, key, 0);
+            if (!array || array->components < 3) return key == second;
+            for (size_t v = 0; v < array->count(); ++v) {
+                for (size_t c = 0; c < 3; ++c) {
+                    if (array->values[v * array->components + c] < 1) return false;
+                }
+            }
+            return true;
+        };
+        if (!is_white(first) || is_white(second)) return first;
+        mesh_.leave_out(messages::kWhiteColours, place_of(attributes), messages::kWhiteColoursHelp);
+        return second;
+    }
+
+    std::string place_of(const JsonValue& value) const {
+        return fmt::format("{}:{}:{}", name_, value.line, value.column);
+    }
 
     void add_attribute(const JsonValue& primitive, const JsonMember& member,
                        const GltfSkinning& moves, size_t vertices, const GltfSkin& skin,
                        std::vector<Source>* sources) {
         if (!gltf_.ok()) return;
         const JsonValue& attributes = *gltf_member(&primitive, "attributes");
-        const std::vector<GltfTarget> targets =
-            gltf_targets(attributes, member.key, skin.coordinates);
+        std::vector<GltfTarget> targets;
+        if (member.key == colours_) {
+            targets = {{"color"}};
+        } else if (!member.key.starts_with(kGltfColours)) {
+            targets = gltf_targets(attributes, member.key, skin.coordinates);
+        }
         if (targets.empty()) return tell_of_attribute(member);
-        const Kinds kinds(member.key);
+        const Kinds kinds(member.key, colours_);
         const std::optional<GltfArray> array = array_of(primitive, member.key, kinds.components());
         if (!array) return;
         if (array->count() != vertices)
@@ -355,7 +386,7 @@ class GltfReader {
 
     void add_values(const GltfArray& array, const JsonMember& member, const GltfTarget& target,
                     const GltfSkinning& moves, const GltfSkin& skin, std::vector<Source>* sources) {
-        const Kinds kinds(member.key);
+        const Kinds kinds(member.key, colours_);
         const size_t kept = kinds.colour ? 3 : array.components;
         const std::optional<size_t> attribute =
             mesh_.attribute(target.name, static_cast<int32_t>(kept));
@@ -404,6 +435,12 @@ class GltfReader {
         for (const char* known : {"POSITION", "TANGENT", "JOINTS_", "WEIGHTS_"}) {
             if (member.key.starts_with(known)) return;
         }
+        if (member.key.starts_with(kGltfColours)) {
+            if (member.key == fmt::format("{}0", kGltfColours)) return;  // which colours_of tells
+            return mesh_.leave_out(fmt::format(messages::kMoreColours, member.key.substr(0, 40)),
+                                   fmt::format("{}:{}:{}", name_, member.line, member.column),
+                                   messages::kMoreColoursHelp);
+        }
         mesh_.leave_out(fmt::format(messages::kOwnAttribute, member.key.substr(0, 40)),
                         fmt::format("{}:{}:{}", name_, member.line, member.column),
                         messages::kOwnAttributeHelp);
@@ -443,6 +480,7 @@ class GltfReader {
     MeshAssembly mesh_;
     GltfScene scene_;
     GltfLooks looks_{&gltf_, &mesh_};
+    std::string colours_;  ///< the attribute of the current primitive that its colours are of
     std::vector<double> weights_;  ///< of morph targets, of the current mesh
     MeshCounts counts_;            ///< of all nodes
     std::set<std::string> names_;  ///< of attributes

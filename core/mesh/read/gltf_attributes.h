@@ -14,6 +14,7 @@
 namespace openfab::mesh {
 
 constexpr std::string_view kGltfTexture = "TEXCOORD_";
+constexpr std::string_view kGltfColours = "COLOR_";
 
 /// An attribute of ours that is made of one of the file's.
 struct GltfTarget {

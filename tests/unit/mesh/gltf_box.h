@@ -39,6 +39,7 @@ enum : int {
     kJoints,
     kShares,
     kInverses,
+    kWhite,
 };
 
 /// The sections of a file with a box of 1 x 1 x 1.
@@ -117,6 +118,7 @@ inline std::string File::glb() const {
     add(joints, "VEC4", 5121, 4);
     add(shares, "VEC4", 5126, 4);
     add(inverses, "MAT4", 5126, 16);
+    add(std::vector<float>(24, 1.0f), "VEC3", 5126, 3);
     const std::string all =
         primitives.empty()
             ? fmt::format(R"({{"attributes": {{{}}}, "indices": 5, "material": 0{}}})", attributes,
