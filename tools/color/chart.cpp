@@ -243,25 +243,53 @@ class Square2Quad {
     double a_ = 0, b_ = 0, c_ = 0, d_ = 0, e_ = 0, f_ = 0, g_ = 0, h_ = 0;
 };
 
+using Quad = std::array<std::array<double, 2>, 4>;
+
+/// Fails for corners that no photograph of a chart can have: its sides do not cross, it is seen from the
+/// front, and no three of its corners lie on a line.
+Result<void> check_corners(const Quad& quad) {
+    constexpr double kFlattest = 0.01;  // the sine of an angle
+    int left = 0, right = 0;
+    bool flat = false;
+    for (size_t k = 0; k < 4; ++k) {
+        const auto& a = quad[k];
+        const auto& b = quad[(k + 1) % 4];
+        const auto& c = quad[(k + 2) % 4];
+        for (size_t other = k + 1; other < 4; ++other) {
+            if (std::hypot(quad[other][0] - a[0], quad[other][1] - a[1]) < 1)
+                return user_error(fmt::format(messages::kCornersEqual, k + 1, other + 1),
+                                  messages::kCornersHelp);
+        }
+        const double ux = b[0] - a[0], uy = b[1] - a[1], vx = c[0] - b[0], vy = c[1] - b[1];
+        const double sine = (ux * vy - uy * vx) / (std::hypot(ux, uy) * std::hypot(vx, vy));
+        flat = flat || !(std::abs(sine) >= kFlattest);
+        ++(sine > 0 ? right : left);
+    }
+    if (flat) return user_error(messages::kCornersOnLine, messages::kCornersHelp);
+    if (left == 4) return user_error(messages::kCornersMirrored, messages::kCornersHelp);
+    if (left == 2) return user_error(messages::kCornersCross, messages::kCornersHelp);
+    if (left > 0) return user_error(messages::kCornerWithin, messages::kCornersHelp);
+    return {};
+}
+
 }  // namespace
 
-Result<SampleTable> read_photograph(const fs::path& file, const SampleTable& chart,
-                                    const std::vector<double>& corners) {
+Result<SampleTable> read_photograph(const Picture& picture, const SampleTable& chart,
+                                    const PhotographOptions& options) {
     if (Result<void> fine = is_chart(chart); !fine) return fine.error();
-    Result<Picture> read = Picture::read(file);
-    if (!read) return read.error();
-    const Picture& picture = *read;
     const double w = picture.width(), h = picture.height();
-    std::array<std::array<double, 2>, 4> quad = {{{0, 0}, {w, 0}, {w, h}, {0, h}}};
-    for (size_t i = 0; i < corners.size(); ++i) {
-        quad[i / 2][i % 2] = corners[i];
-        if (corners[i] < 0 || corners[i] > (i % 2 == 0 ? w : h)) {
+    Quad quad = {{{0, 0}, {w, 0}, {w, h}, {0, h}}};
+    for (size_t i = 0; i < options.corners.size(); ++i) {
+        quad[i / 2][i % 2] = options.corners[i];
+        if (!(options.corners[i] >= 0 && options.corners[i] <= (i % 2 == 0 ? w : h))) {
             return user_error(fmt::format(messages::kCornerOutside, i / 2 + 1, w, h),
                               messages::kCornerOutsideHelp);
         }
     }
+    if (!options.corners.empty())
+        if (Result<void> fine = check_corners(quad); !fine) return fine.error();
     const Square2Quad map(quad);
-    if (!map.fine) return user_error(messages::kCornersOnLine, messages::kCornersOnLineHelp);
+    if (!map.fine) return user_error(messages::kCornersOnLine, messages::kCornersHelp);
     const int columns = chart.columns, rows = rows_of(chart);
     const auto side = [&](size_t a, size_t b) {
         return std::hypot(quad[b][0] - quad[a][0], quad[b][1] - quad[a][1]);
@@ -271,7 +299,7 @@ Result<SampleTable> read_photograph(const fs::path& file, const SampleTable& cha
     constexpr double kFewestPixels = 4;
     if (across < kFewestPixels) {
         return user_error(
-            fmt::format(messages::kPatchesTooSmall, file.string(), across, kFewestPixels),
+            fmt::format(messages::kPatchesTooSmall, picture.name(), across, kFewestPixels),
             messages::kPatchesTooSmallHelp);
     }
     SampleTable out = chart;
@@ -294,7 +322,13 @@ Result<SampleTable> read_photograph(const fs::path& file, const SampleTable& cha
         }
         for (double& channel : sum)
             channel /= kAlong * kAlong;
-        out.samples[k].lab = to_lab(xyz_of_linear(sum));
+        Xyz xyz = xyz_of_linear(sum);
+        if (options.white) {
+            xyz.x *= options.white->x / kD50.x;
+            xyz.y *= options.white->y / kD50.y;
+            xyz.z *= options.white->z / kD50.z;
+        }
+        out.samples[k].lab = to_lab(xyz);
     }
     return out;
 }

@@ -7,10 +7,12 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "tools/color/picture.h"
 #include "tools/color/samples.h"
 
 namespace openfab::color {
@@ -26,11 +28,18 @@ SampleTable color_chart();
 Result<void> write_chart(const std::filesystem::path& folder, const SampleTable& chart,
                          const std::filesystem::path& ink_table);
 
-/// Adds the means of a photograph's patches to a chart of inks. `corners` are those of the chart in
-/// pixels, x and y from the top left: top left, top right, bottom right, bottom left of the chart;
-/// empty: those of the picture.
-Result<SampleTable> read_photograph(const std::filesystem::path& picture, const SampleTable& chart,
-                                    const std::vector<double>& corners);
+/// How a photograph is read.
+struct PhotographOptions {
+    /// Of the chart in pixels of the upright picture, x and y from the top left: top left, top right, bottom
+    /// right, bottom left of the chart; empty: those of the picture.
+    std::vector<double> corners;
+    /// What the white of the picture's profile counts as; without one, as itself.
+    std::optional<Xyz> white;
+};
+
+/// Adds the means of a photograph's patches to a chart of inks.
+Result<SampleTable> read_photograph(const Picture& picture, const SampleTable& chart,
+                                    const PhotographOptions& options);
 
 /// What came out of a print of a chart: for each patch the shares of cyan, magenta, yellow and
 /// black in the middle of its skin.

@@ -44,7 +44,7 @@ struct Arguments {
                                                      intent = "perceptual", name;
     std::vector<double> corners;
     double black = 0.5, limit = 100;
-    bool black_point = false, absolute = false;
+    bool black_point = false, absolute = false, relative = false;
 };
 
 using Action = std::function<Result<void>()>;
@@ -82,8 +82,18 @@ Result<void> read_picture(const Arguments& a) {
     if (!chart->has_inks)
         return user_error(fmt::format(messages::kNoChartOfInks, a.second),
                           messages::kNoChartOfInksHelp);
-    Result<SampleTable> measured = read_photograph(a.first, *chart, a.corners);
+    const Result<Picture> picture = Picture::read(a.first);
+    if (!picture) return picture.error();
+    PhotographOptions options;
+    options.corners = a.corners;
+    const std::optional<Xyz>& white = picture->input_white();
+    if (!a.relative && !picture->by_camera()) options.white = white;
+    Result<SampleTable> measured = read_photograph(*picture, *chart, options);
     if (!measured) return measured.error();
+    if (options.white)
+        note(fmt::format(messages::kAbsoluteBy, a.first, to_lab(*white).l));
+    else if (white && !a.relative)
+        note(fmt::format(messages::kRelativeTo, a.first));
     return write_whole_file(
         a.output, format_samples(*measured, fmt::format(messages::kPhotographed, a.first)));
 }
@@ -237,11 +247,15 @@ void add_read(CLI::App& app, Action* action) {
     c->add_option("PHOTOGRAPH", a->first, "a picture, by its own profile or else sRGB")->required();
     c->add_option("CHART", a->second, "the chart.txt of the chart")->required();
     c->add_option("-o,--output", a->output, "the table of measurements")->required();
-    c->add_option("--corners", a->corners,
-                  "X,Y of the chart's corners in pixels from the picture's top left: top left, top "
-                  "right, bottom right, bottom left (default: those of the picture)")
+    c->add_option(
+         "--corners", a->corners,
+         "X,Y of the chart's corners in pixels from the top left of the picture as viewers "
+         "show it: top left, top right, bottom right, bottom left (default: those of the "
+         "picture)")
         ->delimiter(',')
         ->expected(8);
+    c->add_flag("--relative", a->relative,
+                "count the white of a scanner's profile as 100, not as its target reflects it");
     c->callback([a, action] { *action = [a] { return run(read_picture, *a); }; });
 }
 

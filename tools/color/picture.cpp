@@ -11,6 +11,8 @@
 #include "base/units.h"
 #include "tools/color/messages.h"
 #include "tools/texture/decoder.h"
+#include "tools/texture/icc_context.h"
+#include "tools/texture/orientation.h"
 #include "tools/texture/still_image.h"
 
 namespace openfab::color {
@@ -19,21 +21,44 @@ namespace {
 
 constexpr int64_t kMostPixels = 64'000'000;
 
-Result<void> decode(tools::StillImage* image, std::vector<Rgb>* pixels) {
+/// Decodes all pixels, and puts them where they are in the upright picture.
+Result<void> decode(tools::StillImage* image, const tools::Orientation& turned,
+                    std::vector<Rgb>* pixels) {
     const tools::Decoder decoder(image->spec(), image->color(), {});
-    const int width = image->spec().width;
+    const int width = image->spec().width, height = image->spec().height;
+    const int across = turned.swap ? height : width, down = turned.swap ? width : height;
     const bool grey = decoder.channels_in() < 3;
+    pixels->resize(static_cast<size_t>(width) * static_cast<size_t>(height));
     return image->each_row([&](int y, const float* pixel) -> Result<void> {
         for (int x = 0; x < width; ++x) {
             std::array<float, 4> v{};
             if (!decoder.pixel(pixel, v.data()))
                 return user_error(fmt::format(messages::kPixelNotFinite, x, y));
-            pixels->push_back({static_cast<double>(v[0]), static_cast<double>(v[grey ? 0 : 1]),
-                               static_cast<double>(v[grey ? 0 : 2])});
+            int column = turned.swap ? y : x, row = turned.swap ? x : y;
+            if (turned.mirror_x) column = across - 1 - column;
+            if (turned.mirror_y) row = down - 1 - row;
+            (*pixels)[static_cast<size_t>(row) * static_cast<size_t>(across) +
+                      static_cast<size_t>(column)] = {static_cast<double>(v[0]),
+                                                      static_cast<double>(v[grey ? 0 : 1]),
+                                                      static_cast<double>(v[grey ? 0 : 2])};
             pixel += decoder.channels_in();
         }
         return {};
     });
+}
+
+/// Of a profile of the input class that is read, its white; a profile that is damaged says nothing.
+std::optional<Xyz> white_of_input(const std::vector<uint8_t>& profile) {
+    const tools::IccContext context;
+    const tools::CmsProfile opened = context.open(profile);
+    if (opened == nullptr || cmsGetDeviceClass(opened.get()) != cmsSigInputClass) return {};
+    const auto* const white =
+        static_cast<const cmsCIEXYZ*>(cmsReadTag(opened.get(), cmsSigMediaWhitePointTag));
+    constexpr double kDarkest = 0.05, kLightest = 2;
+    if (white == nullptr) return {};
+    for (const double v : {white->X, white->Y, white->Z})
+        if (!(v > kDarkest && v < kLightest)) return {};
+    return Xyz{white->X, white->Y, white->Z};
 }
 
 }  // namespace
@@ -55,9 +80,14 @@ Result<Picture> Picture::read(const std::filesystem::path& file) {
                                     messages::kPixelCountHelp));
         }
         Picture out;
-        out.width_ = spec.width;
-        out.height_ = spec.height;
-        if (Result<void> read = decode(image->get(), &out.pixels_); !read)
+        const tools::Orientation turned(spec.get_int_attribute("Orientation", 1));
+        out.name_ = file.string();
+        out.width_ = turned.swap ? spec.height : spec.width;
+        out.height_ = turned.swap ? spec.width : spec.height;
+        out.input_white_ = white_of_input((*image)->color().profile);
+        out.by_camera_ = spec.find_attribute("ExposureTime") != nullptr ||
+                         spec.find_attribute("FNumber") != nullptr;
+        if (Result<void> read = decode(image->get(), turned, &out.pixels_); !read)
             return named(read.error());
         return out;
     } catch (const std::exception& e) {

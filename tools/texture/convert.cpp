@@ -12,6 +12,7 @@
 #include "tools/texture/decoder.h"
 #include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
+#include "tools/texture/orientation.h"
 #include "tools/texture/picture_format.h"
 #include "tools/texture/still_image.h"
 
@@ -30,23 +31,17 @@ struct Placement {
     int32_t width = 0, height = 0;              ///< of level 0
 };
 
-/// EXIF orientations: bit pattern of (swap axes, mirror x, mirror y) of the upright picture.
-Placement placement_for(int32_t width, int32_t height, int orientation) {
-    const bool swap = orientation >= 5;
-    const bool mirror_x =
-        orientation == 2 || orientation == 3 || orientation == 6 || orientation == 7;
-    const bool mirror_y =
-        orientation == 3 || orientation == 4 || orientation == 7 || orientation == 8;
+Placement placement_for(int32_t width, int32_t height, const Orientation& turned) {
     Placement p;
-    p.width = swap ? height : width;
-    p.height = swap ? width : height;
+    p.width = turned.swap ? height : width;
+    p.height = turned.swap ? width : height;
     // Steps in the upright picture along its own x (right) and y (down).
-    const int64_t right = mirror_x ? -1 : 1;
-    const int64_t down = (mirror_y ? -1 : 1) * -static_cast<int64_t>(p.width);
-    p.start = (mirror_x ? p.width - 1 : 0) +
-              (mirror_y ? 0 : static_cast<int64_t>(p.height - 1) * p.width);
-    p.step_x = swap ? down : right;
-    p.step_y = swap ? right : down;
+    const int64_t right = turned.mirror_x ? -1 : 1;
+    const int64_t down = (turned.mirror_y ? -1 : 1) * -static_cast<int64_t>(p.width);
+    p.start = (turned.mirror_x ? p.width - 1 : 0) +
+              (turned.mirror_y ? 0 : static_cast<int64_t>(p.height - 1) * p.width);
+    p.step_x = turned.swap ? down : right;
+    p.step_y = turned.swap ? right : down;
     return p;
 }
 
@@ -81,8 +76,8 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
                          fmt::join((*in)->left_out(), ", ")));
     }
     const Decoder decoder(spec, (*in)->color(), options);
-    const int orientation = spec.get_int_attribute("Orientation", 1);
-    const Placement placement = placement_for(spec.width, spec.height, orientation);
+    const Orientation turned(spec.get_int_attribute("Orientation", 1));
+    const Placement placement = placement_for(spec.width, spec.height, turned);
     Result<texture::PyramidLayout> layout =
         texture::pyramid_layout(placement.width, placement.height, decoder.channels_out());
     if (!layout) return bad(layout.error());
@@ -109,7 +104,7 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
     // A row that becomes a column touches a page per texel, and the next rows touch the same pages.
     constexpr int64_t kBytesOfColumn = 128;
     const int64_t row_bytes =
-        spec.width * (orientation >= 5 ? kBytesOfColumn : 4 * int64_t{decoder.channels_out()});
+        spec.width * (turned.swap ? kBytesOfColumn : 4 * int64_t{decoder.channels_out()});
     const Result<void> read = (*in)->each_row([&](int y, const float* pixel) -> Result<void> {
         int64_t texel = placement.start + y * placement.step_y;
         for (int x = 0; x < spec.width; ++x) {

@@ -6,14 +6,18 @@
 #include "tools/color/chart.h"
 #include "tests/support/places/places.h"
 
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 
+#include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
+#include "tests/unit/color/saved_profile.h"
 #include "tests/unit/color/synthetic_printer.h"
 #include "tools/color/ink_table.h"
 #include "tools/color/messages.h"
@@ -51,6 +55,13 @@ void photograph(const std::filesystem::path& file, int width, int height,
                static_cast<std::streamsize>(png->size()));
 }
 
+Result<SampleTable> read_file(const std::filesystem::path& file, const SampleTable& chart,
+                              const std::vector<double>& corners) {
+    const Result<Picture> picture = Picture::read(file);
+    if (!picture) return picture.error();
+    return read_photograph(*picture, chart, {corners, {}});
+}
+
 void expect_measured(const Result<SampleTable>& read, const SyntheticPrinter& printer) {
     ASSERT_TRUE(read) << read.error().text();
     for (const Sample& sample : read->samples) {
@@ -67,7 +78,7 @@ TEST(Photograph, IsReadFromTheFrontAndAskew) {
     const std::filesystem::path file = folder.path() / "chart.png";
     const SyntheticPrinter printer(0);
     photograph(file, 400, 360, printer, [](double x, double y) { return std::pair(x, y); });
-    expect_measured(read_photograph(file, ink_chart(), {}), printer);
+    expect_measured(read_file(file, ink_chart(), {}), printer);
     // Turned by a quarter, its bottom farther away than its top, and sheared.
     const auto askew = [](double x, double y) {
         const double v = (x - 0.1) / 0.8, depth = 1 - 0.3 * v;
@@ -81,7 +92,189 @@ TEST(Photograph, IsReadFromTheFrontAndAskew) {
         corners.push_back(700 * (0.1 + 0.8 * along));
         corners.push_back(700 * (0.95 - 0.1 * along - 0.85 * u * (1 - 0.3 * along)));
     }
-    expect_measured(read_photograph(file, ink_chart(), corners), printer);
+    expect_measured(read_file(file, ink_chart(), corners), printer);
+}
+
+/// A chart of six patches in two rows, without colours of its own.
+SampleTable six_patches() {
+    SampleTable chart;
+    chart.has_inks = true;
+    chart.columns = 3;
+    for (int k = 0; k < 6; ++k) {
+        Sample sample;
+        sample.id = std::to_string(k + 1);
+        chart.samples.push_back(sample);
+    }
+    return chart;
+}
+
+/// Their colours, in sRGB.
+constexpr std::array<std::array<uint8_t, 3>, 6> kSix = {
+    {{250, 250, 250}, {0, 160, 220}, {220, 0, 120}, {250, 220, 0}, {20, 20, 20}, {128, 128, 128}}};
+
+Lab lab_of_eight_bits(const std::array<uint8_t, 3>& rgb) {
+    Rgb linear;
+    for (size_t c = 0; c < 3; ++c)
+        linear[c] = srgb_to_linear(rgb[c] / 255.0);
+    return to_lab(xyz_of_linear(linear));
+}
+
+/// Puts a chunk with an EXIF orientation behind a PNG's header, which the library does not write.
+void add_exif(const std::filesystem::path& file, int orientation) {
+    std::ifstream in(file, std::ios::binary);
+    std::string png((std::istreambuf_iterator<char>(in)), {});
+    std::string chunk("eXIfMM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0", 4 + 19);
+    chunk += static_cast<char>(orientation);
+    chunk += std::string(6, '\0');
+    uint32_t sum = ~0u;
+    for (const char c : chunk) {
+        sum ^= static_cast<uint8_t>(c);
+        for (int bit = 0; bit < 8; ++bit)
+            sum = sum >> 1 ^ (sum & 1 ? 0xedb88320u : 0);
+    }
+    const auto big = [](uint32_t n) {
+        std::string out;
+        for (int shift = 24; shift >= 0; shift -= 8)
+            out += static_cast<char>(n >> shift);
+        return out;
+    };
+    constexpr size_t kHeader = 33;
+    png.insert(kHeader, big(static_cast<uint32_t>(chunk.size() - 4)) + chunk + big(~sum));
+    std::ofstream(file, std::ios::binary) << png;
+}
+
+/// A picture of these patches, 16 pixels each, `margin` pixels of grey above and left of them, stored with
+/// an EXIF orientation: where its first row and its first column are seen.
+void write_six(const std::filesystem::path& file, int orientation, int margin,
+               const std::vector<uint8_t>& icc = {}, bool exposed = false) {
+    const int width = 48 + margin, height = 32 + margin;
+    constexpr const char* kRowSide = " ttbblrrl";     // of the first row: top, bottom, left, right
+    constexpr const char* kColumnSide = " lrrlttbb";  // of the first column
+    const bool swapped = orientation > 4;
+    OIIO::ImageSpec spec(swapped ? height : width, swapped ? width : height, 3,
+                         OIIO::TypeDesc::UINT8);
+    spec.attribute("Orientation", orientation);
+    spec.attribute("CompressionQuality", 100);
+    spec.attribute("jpeg:subsampling", "4:4:4");
+    if (exposed) spec.attribute("ExposureTime", 0.01f);
+    if (!icc.empty()) {
+        spec.attribute("ICCProfile",
+                       OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())),
+                       icc.data());
+    }
+    std::vector<uint8_t> pixels;
+    for (int r = 0; r < spec.height; ++r) {
+        for (int c = 0; c < spec.width; ++c) {
+            int x = 0, y = 0;
+            const auto place = [&](char side, int n) {
+                if (side == 't') y = n;
+                if (side == 'b') y = height - 1 - n;
+                if (side == 'l') x = n;
+                if (side == 'r') x = width - 1 - n;
+            };
+            place(kRowSide[orientation], r);
+            place(kColumnSide[orientation], c);
+            const bool outside = x < margin || y < margin;
+            const auto patch = static_cast<size_t>((y - margin) / 16 * 3 + (x - margin) / 16);
+            for (size_t k = 0; k < 3; ++k)
+                pixels.push_back(outside ? 90 : kSix[patch][k]);
+        }
+    }
+    auto out = OIIO::ImageOutput::create(file.string());
+    ASSERT_TRUE(out->open(file.string(), spec));
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, pixels.data()));
+    ASSERT_TRUE(out->close());
+}
+
+TEST(Photograph, IsTurnedAsItsFileSays) {
+    const openfab::testing::TempFolder folder;
+    for (const char* name : {"a.jpg", "a.tif", "a.png"}) {
+        for (int orientation = 1; orientation <= 8; ++orientation) {
+            SCOPED_TRACE(std::string(name) + ", " + std::to_string(orientation));
+            const std::filesystem::path file = folder.path() / name;
+            for (const int margin : {0, 10}) {
+                write_six(file, orientation, margin);
+                if (file.extension() == ".png") add_exif(file, orientation);
+                std::vector<double> corners;
+                if (margin > 0) corners = {10, 10, 58, 10, 58, 42, 10, 42};  // as a viewer shows it
+                const Result<SampleTable> read = read_file(file, six_patches(), corners);
+                ASSERT_TRUE(read) << read.error().text();
+                for (size_t k = 0; k < 6; ++k)
+                    EXPECT_LT(ciede2000(read->samples[k].lab, lab_of_eight_bits(kSix[k])), 1) << k;
+            }
+        }
+    }
+}
+
+/// A profile of sRGB's colours, but of this class, made from a target whose paper reflects `white`.
+std::vector<uint8_t> profile_of_class(cmsProfileClassSignature kind, double white) {
+    cmsHPROFILE profile = cmsCreate_sRGBProfile();
+    cmsSetProfileVersion(profile, 2.4);
+    cmsSetDeviceClass(profile, kind);
+    const cmsCIEXYZ paper{kD50.x * white, kD50.y * white, kD50.z * white * 0.9};
+    EXPECT_TRUE(cmsWriteTag(profile, cmsSigMediaWhitePointTag, &paper));
+    return openfab::testing::saved(profile);
+}
+
+TEST(Photograph, OfAScannerIsMeasuredAgainstThePaperOfItsProfile) {
+    const openfab::testing::TempFolder folder;
+    const std::filesystem::path file = folder.path() / "scan.tif";
+    const auto read = [&](const std::vector<uint8_t>& icc, bool exposed) {
+        write_six(file, 1, 0, icc, exposed);
+        const Result<Picture> picture = Picture::read(file);
+        EXPECT_TRUE(picture);
+        EXPECT_EQ(picture->by_camera(), exposed);
+        const Result<SampleTable> table =
+            read_photograph(*picture, six_patches(), {{}, picture->input_white()});
+        EXPECT_TRUE(table);
+        return table->samples;
+    };
+    // Absolute colorimetric: each of X, Y, Z times that of the paper through that of D50 (ICC.1, D.6).
+    const std::vector<Sample> scan = read(profile_of_class(cmsSigInputClass, 0.85), false);
+    const std::vector<Sample> screen = read(profile_of_class(cmsSigDisplayClass, 0.85), true);
+    for (size_t k = 0; k < 6; ++k) {
+        const Lab relative = lab_of_eight_bits(kSix[k]);
+        Xyz xyz = to_xyz(relative);
+        xyz = {xyz.x * 0.85, xyz.y * 0.85, xyz.z * 0.85 * 0.9};
+        EXPECT_LT(ciede2000(scan[k].lab, to_lab(xyz)), 0.3) << k;
+        EXPECT_LT(ciede2000(screen[k].lab, relative), 0.3) << k;
+    }
+}
+
+TEST(Photograph, CornersThatNoChartHasAreRefused) {
+    const openfab::testing::TempFolder folder;
+    const std::filesystem::path file = folder.path() / "a.png";
+    write_six(file, 1, 0);
+    struct Refused {
+        std::vector<double> corners;
+        std::string message;
+    };
+    const std::string equal = fmt::format(messages::kCornersEqual, 1, 2);
+    for (const Refused& refused : {
+             // As one reads: the sides left and right cross, or those above and below.
+             Refused{{0, 0, 48, 0, 0, 32, 48, 32}, messages::kCornersCross},
+             Refused{{0, 0, 48, 32, 48, 0, 0, 32}, messages::kCornersCross},
+             Refused{{48, 32, 0, 32, 48, 0, 0, 0}, messages::kCornersCross},
+             Refused{{48, 0, 0, 0, 0, 32, 48, 32}, messages::kCornersMirrored},
+             Refused{{0, 0, 0, 32, 48, 32, 48, 0}, messages::kCornersMirrored},
+             Refused{{0, 0, 24, 16, 48, 32, 0, 32}, messages::kCornersOnLine},
+             Refused{{0, 0, 16, 0, 32, 0, 48, 0}, messages::kCornersOnLine},
+             Refused{{0, 0, 48, 0, 8, 6, 0, 32}, messages::kCornerWithin},
+             Refused{{5, 5, 5, 5, 48, 32, 0, 32}, equal},
+             Refused{{5, 5, 48, 0, 48, 32, 5, 5}, fmt::format(messages::kCornersEqual, 1, 4)},
+             Refused{{5, 5, 5, 5, 5, 5, 5, 5}, equal},
+             Refused{{0, 0, std::nan(""), 0, 48, 32, 0, 32},
+                     fmt::format(messages::kCornerOutside, 2, 48, 32)},
+         }) {
+        const Result<SampleTable> read = read_file(file, six_patches(), refused.corners);
+        ASSERT_FALSE(read) << refused.message;
+        EXPECT_THAT(read.error().text(), testing::Says(refused.message));
+    }
+    // Upside down, and on its side: as photographs have it.
+    for (const std::vector<double>& corners : std::vector<std::vector<double>>{
+             {48, 32, 0, 32, 0, 0, 48, 0}, {48, 0, 48, 32, 0, 32, 0, 0}}) {
+        EXPECT_TRUE(read_file(file, six_patches(), corners));
+    }
 }
 
 TEST(Photograph, SaysWhatIsWrong) {
@@ -89,15 +282,15 @@ TEST(Photograph, SaysWhatIsWrong) {
     const std::filesystem::path file = folder.path() / "chart.png";
     photograph(file, 20, 18, SyntheticPrinter(0),
                [](double x, double y) { return std::pair(x, y); });
-    EXPECT_THAT(read_photograph(file, ink_chart(), {0, 0, 20, 0, 21, 18, 0, 18}).error().text(),
+    EXPECT_THAT(read_file(file, ink_chart(), {0, 0, 20, 0, 21, 18, 0, 18}).error().text(),
                 testing::Says(messages::kCornerOutside, "3", "20", "18"));
-    EXPECT_THAT(read_photograph(file, ink_chart(), {0, 0, 5, 0, 10, 0, 15, 0}).error().text(),
+    EXPECT_THAT(read_file(file, ink_chart(), {0, 0, 5, 0, 10, 0, 15, 0}).error().text(),
                 testing::Says(messages::kCornersOnLine));
     SampleTable loose = ink_chart();
     loose.columns = 0;
-    EXPECT_THAT(read_photograph(file, loose, {}).error().text(),
+    EXPECT_THAT(read_file(file, loose, {}).error().text(),
                 testing::Says(messages::kPatchLayoutUnknown));
-    EXPECT_THAT(read_photograph(folder.path() / "none.png", ink_chart(), {}).error().text(),
+    EXPECT_THAT(read_file(folder.path() / "none.png", ink_chart(), {}).error().text(),
                 HasSubstr("none.png"));
 }
 
