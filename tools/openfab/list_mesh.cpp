@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -12,7 +14,10 @@
 #include "base/json_text.h"
 #include "base/say.h"
 #include "base/text.h"
+#include "mesh/load/load_beams.h"
 #include "mesh/load/load_mesh.h"
+#include "mesh/load/pictures.h"
+#include "tools/openfab/import_fields.h"
 
 namespace openfab::tools {
 
@@ -72,12 +77,25 @@ std::vector<std::pair<const char*, int64_t>> counts_of(const mesh::MeshChecks& c
     return counts;
 }
 
-std::string look_text(const Look& look) {
+/// What a file holds.
+struct Listed {
+    LoadedBodies loaded;
+    std::vector<mesh::LatticeInfo> lattices;
+    std::vector<FieldFablet> level_sets;
+    std::map<std::string, std::string> unreadable;  ///< pictures by their sources, and why
+};
+
+std::string look_text(const Listed& listed, const Look& look) {
     std::string text = look.name.empty() ? "without a name" : printable(look.name);
     if (look.color) text += " " + hex(*look.color);
     if (look.alpha < 1) text += fmt::format(", {:.0f} % opaque", 100 * look.alpha);
     if (look.vertex_colors) text += ", colours of its vertices";
-    if (look.picture) text += fmt::format(", picture {}", printable(look.picture->name));
+    if (look.picture) {
+        text += fmt::format(", picture {}", printable(look.picture->name));
+        const auto why = listed.unreadable.find(look.picture->source);
+        if (why != listed.unreadable.end())
+            text += fmt::format(" (left out: {})", printable(why->second));
+    }
     for (const auto& [part, share] : look.mixture)
         text += fmt::format(", {:.3g} % of look {}", 100 * share, part);
     return text;
@@ -90,7 +108,8 @@ void show_size(const Box3d& box, const std::string& indent) {
                      indent, size.x, size.y, size.z, box.lo.x, box.lo.y, box.lo.z));
 }
 
-void show_body(const LoadedBodies& loaded, const LoadedMesh& body, const std::string& indent) {
+void show_body(const Listed& listed, const LoadedMesh& body, const std::string& indent) {
+    const LoadedBodies& loaded = listed.loaded;
     show(fmt::format("{}triangles  {}, vertices {}\n", indent, body.mesh.triangles.size(),
                      body.mesh.positions.size()));
     show_size(box_of(body.mesh), indent);
@@ -105,7 +124,7 @@ void show_body(const LoadedBodies& loaded, const LoadedMesh& body, const std::st
         show(fmt::format("{}group      {}: face {}\n", indent, printable(name), number));
     if (body.groups.empty() && !body.look_of.empty() && body.look_of[0] >= 0) {
         show(fmt::format("{}look       {}\n", indent,
-                         look_text(loaded.looks[static_cast<size_t>(body.look_of[0])])));
+                         look_text(listed, loaded.looks[static_cast<size_t>(body.look_of[0])])));
     }
     for (const auto& [what, count] : counts_of(body.checks))
         show(fmt::format("{}check      {} {}\n", indent, count, what));
@@ -113,12 +132,28 @@ void show_body(const LoadedBodies& loaded, const LoadedMesh& body, const std::st
                      body.refusal.empty() ? "yes" : "no: " + printable(body.refusal)));
 }
 
-void show_text(const std::string& name, const LoadedBodies& loaded) {
+void show_others(const Listed& listed) {
+    for (const mesh::LatticeInfo& lattice : listed.lattices) {
+        show(fmt::format("lattice    {}: {} beams and balls\n", printable(lattice.name),
+                         lattice.beams));
+        show_size(lattice.box_mm, "  ");
+        for (const std::string& set : lattice.sets)
+            show(fmt::format("  set        {}\n", printable(set)));
+    }
+    for (const FieldFablet& set : listed.level_sets) {
+        show(fmt::format("level set  {}\n", printable(set.name)));
+        if (set.box_mm) show_size(*set.box_mm, "  ");
+    }
+}
+
+void show_text(const std::string& name, const Listed& listed) {
+    const LoadedBodies& loaded = listed.loaded;
     show(fmt::format("mesh       {}\n", printable(name)));
     show(fmt::format("unit       {:.6g} mm, {}\n", loaded.unit_mm, printable(loaded.unit_note)));
+    show_others(listed);
     if (loaded.bodies.size() == 1) {
-        show_body(loaded, loaded.bodies[0], "");
-    } else {
+        show_body(listed, loaded.bodies[0], "");
+    } else if (!loaded.bodies.empty()) {
         Box3d box;
         for (const LoadedMesh& body : loaded.bodies)
             box.add(box_of(body.mesh));
@@ -126,12 +161,12 @@ void show_text(const std::string& name, const LoadedBodies& loaded) {
         show(fmt::format("bodies     {}\n", loaded.bodies.size()));
         for (const LoadedMesh& body : loaded.bodies) {
             show(fmt::format("body       {}\n", printable(body.body)));
-            show_body(loaded, body, "  ");
+            show_body(listed, body, "  ");
         }
     }
     for (const int32_t look : used_looks(loaded))
         show(fmt::format("look       {}: {}\n", look,
-                         look_text(loaded.looks[static_cast<size_t>(look)])));
+                         look_text(listed, loaded.looks[static_cast<size_t>(look)])));
     for (const auto& [a, b] : loaded.overlaps) {
         show(fmt::format("overlap    {} and {} share volume\n",
                          printable(loaded.bodies[static_cast<size_t>(a)].body),
@@ -148,11 +183,15 @@ void json_box(const Box3d& box, JsonText* out) {
     out->key("from_mm").begin_array().value(lo.x).value(lo.y).value(lo.z).end_array();
 }
 
-void json_look(const Look& look, int32_t index, JsonText* out) {
+void json_look(const Listed& listed, const Look& look, int32_t index, JsonText* out) {
     out->begin_object().member("index", index).member("name", look.name);
     if (look.color) out->member("color", hex(*look.color));
     out->member("opacity", look.alpha).member("vertex_colors", look.vertex_colors);
-    if (look.picture) out->member("picture", look.picture->name);
+    if (look.picture) {
+        out->member("picture", look.picture->name);
+        const auto why = listed.unreadable.find(look.picture->source);
+        if (why != listed.unreadable.end()) out->member("picture_left_out", why->second);
+    }
     if (!look.mixture.empty()) {
         out->key("mixture").begin_array();
         for (const auto& [part, share] : look.mixture)
@@ -188,15 +227,34 @@ void json_body(const LoadedMesh& body, JsonText* out) {
     out->end_array().end_object();
 }
 
-void show_json(const std::string& name, const LoadedBodies& loaded) {
+void json_others(const Listed& listed, JsonText* out) {
+    out->key("lattices").begin_array();
+    for (const mesh::LatticeInfo& lattice : listed.lattices) {
+        out->begin_object().member("name", lattice.name).member("beams", lattice.beams);
+        json_box(lattice.box_mm, out);
+        out->end_object();
+    }
+    out->end_array().key("level_sets").begin_array();
+    for (const FieldFablet& set : listed.level_sets) {
+        out->begin_object().member("name", set.name);
+        if (set.box_mm) json_box(*set.box_mm, out);
+        out->end_object();
+    }
+    out->end_array();
+}
+
+void show_json(const std::string& name, const Listed& listed) {
+    const LoadedBodies& loaded = listed.loaded;
     JsonText out;
     out.begin_object().member("mesh", name).member("unit_mm", loaded.unit_mm);
     out.member("unit_from", loaded.unit_note).key("bodies").begin_array();
     for (const LoadedMesh& body : loaded.bodies)
         json_body(body, &out);
-    out.end_array().key("looks").begin_array();
+    out.end_array();
+    json_others(listed, &out);
+    out.key("looks").begin_array();
     for (const int32_t look : used_looks(loaded))
-        json_look(loaded.looks[static_cast<size_t>(look)], look, &out);
+        json_look(listed, loaded.looks[static_cast<size_t>(look)], look, &out);
     out.end_array().key("overlaps").begin_array();
     for (const auto& [a, b] : loaded.overlaps) {
         out.begin_array().value(loaded.bodies[static_cast<size_t>(a)].body);
@@ -214,6 +272,50 @@ void show_json(const std::string& name, const LoadedBodies& loaded) {
     show(out.take() + "\n");
 }
 
+/// Finds the lattices and level sets of a file, which may be all that it has.
+Result<void> add_others(const std::filesystem::path& file, const mesh::MeshOptions& load,
+                        Result<LoadedBodies> loaded, Listed* out) {
+    Result<mesh::LoadedLattices> lattices = mesh::load_lattices(
+        file, {.unit_mm = load.unit_mm, .body = {}, .memory_bytes = load.memory_bytes});
+    if (lattices && (loaded || !lattices->has_meshes))
+        out->lattices = std::move(lattices->lattices);
+    Result<ImportedFields> fields = load_fields(file, load, loaded ? &*loaded : nullptr);
+    if (fields && (loaded || !fields->has_meshes)) out->level_sets = std::move(fields->level_sets);
+    const bool others = !out->lattices.empty() || !out->level_sets.empty();
+    if (!loaded && !others) return loaded.error();
+    if (loaded) {
+        out->loaded = std::move(*loaded);
+    } else {
+        out->loaded.unit_mm =
+            lattices && !out->lattices.empty() ? lattices->unit_mm : fields->unit_mm;
+        out->loaded.unit_note = load.unit_mm ? "given" : "as the file says";
+    }
+    // They are listed themselves.
+    std::erase_if(out->loaded.left_out, [&](const mesh::LeftOut& one) {
+        return (one.kind == mesh::LeftOutKind::kLattices && !out->lattices.empty()) ||
+               (one.kind == mesh::LeftOutKind::kLevelSets && !out->level_sets.empty());
+    });
+    return {};
+}
+
+/// Finds the pictures that an import would leave out.
+void look_for_pictures(const std::filesystem::path& file, int64_t memory_bytes, Listed* out) {
+    std::set<std::string> named;
+    for (const Look& look : out->loaded.looks) {
+        if (look.picture) named.insert(look.picture->source);
+    }
+    const std::vector<std::string> sources(named.begin(), named.end());
+    if (sources.empty()) return;
+    const Result<void> read = mesh::read_pictures(
+        file, sources, memory_bytes, [&](size_t i, const Result<std::string>& bytes) {
+            if (!bytes) out->unreadable[sources[i]] = bytes.error().text();
+        });
+    if (!read) {
+        for (const std::string& source : sources)
+            out->unreadable[source] = read.error().text();
+    }
+}
+
 }  // namespace
 
 Result<void> list_mesh(const std::filesystem::path& file, const ListOptions& options) {
@@ -223,16 +325,18 @@ Result<void> list_mesh(const std::filesystem::path& file, const ListOptions& opt
     load.y_up = options.y_up;
     load.repair = options.repair;
     load.memory_bytes = options.memory_bytes;
-    const Result<LoadedBodies> loaded = mesh::read_bodies(file, load);
-    if (!loaded) return loaded.error();
+    Listed listed;
+    if (Result<void> added = add_others(file, load, mesh::read_bodies(file, load), &listed); !added)
+        return added;
+    look_for_pictures(file, load.memory_bytes, &listed);
     if (options.json) {
-        show_json(load.name, *loaded);
+        show_json(load.name, listed);
         return {};
     }
-    show_text(load.name, *loaded);
-    for (const std::string& warning : loaded->warnings)
+    show_text(load.name, listed);
+    for (const std::string& warning : listed.loaded.warnings)
         warn(warning);
-    for (const LoadedMesh& body : loaded->bodies) {
+    for (const LoadedMesh& body : listed.loaded.bodies) {
         for (const std::string& warning : body.warnings)
             warn(warning);
     }

@@ -82,7 +82,8 @@ Result<LoadedLattices> load_lattices(const std::filesystem::path& file,
     out.left_out = std::move(read->left_out);
     for (ThreemfBeams& one : read->lattices) {
         if (out.unit_mm != 1) scale(out.unit_mm, &one.beams);
-        out.lattices.push_back({std::move(one.name), std::move(one.sets), box_of(one.beams)});
+        out.lattices.push_back({std::move(one.name), std::move(one.sets), box_of(one.beams),
+                                static_cast<int64_t>(one.beams.beams.size())});
     }
     return out;
 }

@@ -31,6 +31,7 @@ struct LatticeInfo {
     std::string name;               ///< BeamOptions::body
     std::vector<std::string> sets;  ///< of beams, from number 1 of the int attribute `set`
     Box3d box_mm;
+    int64_t beams = 0;  ///< and balls
 };
 
 struct LoadedLattices {

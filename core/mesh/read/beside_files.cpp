@@ -80,6 +80,11 @@ Result<fs::path> find_beside(const fs::path& mesh, const fs::path& folder, std::
     }
     if (elsewhere || !is_below(without_links(folder / named), root))
         return user_error(messages::kNotBelowFolder, messages::kNotBelowFolderHelp);
+    // Tiles of coordinates beyond 1, as Blender and painting programs write them.
+    for (const char* tiles : {"<UDIM>", "<udim>", "<UVTILE>", "%(UDIM)d"}) {
+        if (name.find(tiles) != std::string_view::npos)
+            return user_error(messages::kPictureTiles, messages::kPictureTilesHelp);
+    }
     return user_error(messages::kNoSuchFile, messages::kNoSuchFileHelp);
 }
 

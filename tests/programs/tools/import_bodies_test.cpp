@@ -10,6 +10,7 @@
 #include <map>
 #include <string>
 
+#include "mesh/read/messages.h"
 #include "tests/support/meshes/zip_archive.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -279,6 +280,36 @@ TEST_F(ImportBodies, WhatLiesFarOutIsToldAndRecentred) {
     import("far.obj", "near", {"--recentre"});
     EXPECT_THAT(world("near", "far"), HasSubstr("\"origin_mm\": [50005, -69995, 12]"));
     EXPECT_THAT(openfab({"info", path("near/far.fab.json")}).out, HasSubstr("from -4.75 -5 0"));
+}
+
+/// What an import takes, a list shows.
+TEST_F(ImportBodies, ListsShowLatticesAndWhatPicturesLack) {
+    const std::string net =
+        R"(<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="10" y="0" z="0"/></vertices><triangles/>)"
+        R"(<b:beamlattice xmlns:b="http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02" )"
+        R"(radius="1" minlength="0.01"><b:beams><b:beam v1="0" v2="1"/></b:beams></b:beamlattice></mesh>)";
+    scratch_.write("net.3mf", package(R"(<object id="2" name="net">)" + net + "</object>",
+                                      R"(<item objectid="2"/>)"));
+    for (const std::vector<std::string>& words :
+         {std::vector<std::string>{"import", path("net.3mf"), "--list"},
+          {"info", path("net.3mf")}}) {
+        const Outcome list = openfab(words);
+        EXPECT_EQ(list.exit_code, 0) << list.err;
+        EXPECT_THAT(list.out, HasSubstr("lattice    net: 1 beams and balls\n"));
+        EXPECT_THAT(list.out, HasSubstr("size       12 x 2 x 2 mm, from -1 -1 -1\n"));
+    }
+    const Outcome json = openfab({"info", path("net.3mf"), "--json"});
+    EXPECT_THAT(json.out, HasSubstr(R"("lattices":[{"name":"net","beams":1,"size_mm":[12,2,2])"));
+
+    for (const auto& [picture, why] :
+         {std::pair("none.png", mesh::messages::kNoSuchFile),
+          std::pair("tex.<UDIM>.png", mesh::messages::kPictureTiles)}) {
+        scratch_.write("m.mtl", fmt::format("newmtl skin\nmap_Kd {}\n", picture));
+        scratch_.write("m.obj", "# Units: mm\nmtllib m.mtl\nvt 0 0\nusemtl skin\n" +
+                                    obj_box({0, 0, 0, 10}, 0, "/1"));
+        EXPECT_THAT(openfab({"import", path("m.obj"), "--list"}).out,
+                    HasSubstr(fmt::format("picture {} (left out: {}", picture, why)));
+    }
 }
 
 }  // namespace
