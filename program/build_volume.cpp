@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "program/messages.h"
+#include "runtime/solid/kinds/kinds.h"
 
 namespace openfab::program {
 
@@ -64,7 +65,9 @@ Result<void> check_build_volume(const pipeline::PrintInfo& info, const world::Pr
         if (std::max(below, above) <= info.pitch_mm[a]) continue;
         const bool up = above > below;
         const part::Part* part = farthest(parts, a, up);
-        return user_error(fmt::format(messages::kPartOutsideTray, part->name, part->instance,
+        const char* const outside =
+            solid::reach_is_known(*part) ? messages::kPartOutsideTray : messages::kBoxOutsideTray;
+        return user_error(fmt::format(fmt::runtime(outside), part->name, part->instance,
                                       std::max(below, above), up ? '+' : '-', "xyz"[a],
                                       room_of(printer), from, box.hi[a]));
     }

@@ -82,21 +82,19 @@ class Watch {
 
 /// Returns why a print failed: what it said last.
 Error failure(const std::string& said, int code) {
-    Error error{code == 3 ? ErrorCode::kOutside : ErrorCode::kUserInput,
-                fmt::format(messages::kPrintEndedWith, code)};
-    // Before it executes the print, `openfab print` compiles, and says what is wrong as text.
-    constexpr std::string_view kError = "error: ";
-    if (const size_t at = said.rfind(kError); at != std::string::npos) {
-        error.message = said.substr(at + kError.size());
-        while (!error.message.empty() && error.message.back() == '\n')
-            error.message.pop_back();
-    }
+    std::optional<Error> error;
     for_events(said, [&](const std::string& kind, const JsonValue& event) {
         if (kind != "error") return;
-        error.message = text_of(event, "text");
-        error.help = text_of(event, "help");
+        error = Error{code == 3 ? ErrorCode::kOutside : ErrorCode::kUserInput,
+                      text_of(event, "text"),
+                      text_of(event, "help"),
+                      {}};
+        error->location.file = text_of(event, "file");
+        error->location.line = static_cast<int32_t>(number_of(event, "line"));
+        error->location.column = static_cast<int32_t>(number_of(event, "column"));
     });
-    return error;
+    // Before it executes the print, `openfab print` compiles, and says what is wrong as text.
+    return error ? *error : viewer::relayed_error(said, code);
 }
 
 }  // namespace

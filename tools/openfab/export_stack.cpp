@@ -82,19 +82,9 @@ Result<FractionStack> print_fractions(const FractionPrint& print,
     const std::filesystem::path err = folder / "print.err";
     auto child = viewer::Child::start(argv, folder / "print.out", err);
     if (!child) return child.error();
-    if ((*child)->wait() != 0) {
-        constexpr int64_t kMost = 4000;
-        std::string text = viewer::end_of_file(err, kMost);
-        const size_t at = text.rfind("error: ");
-        if (at != std::string::npos) text.erase(0, at + 7);
-        // The line in between shows the place.
-        std::string help;
-        if (const size_t found = text.find("\nhelp: "); found != std::string::npos)
-            help = text.substr(found + 7);
-        text.resize(std::min(text.size(), text.find('\n')));
-        while (!help.empty() && help.back() == '\n')
-            help.pop_back();
-        return user_error(text, help);
+    if (const int code = (*child)->wait(); code != 0) {
+        constexpr int64_t kMost = 16'000;
+        return viewer::relayed_error(viewer::end_of_file(err, kMost), code);
     }
     const Result<std::string> note =
         read_text_file(raster::array_json_path(stack.file), kLargestNote);

@@ -49,15 +49,7 @@ Result<JsonValue> ask(const std::string& file, const WorldOptions& options) {
     const auto child = viewer::Child::start(argv, (*folder)->path() / "extents.out", err);
     if (!child) return child.error();
     if (const int code = (*child)->wait(); code != 0) {
-        const std::string text = viewer::end_of_file(err, kMostText);
-        const size_t at = text.rfind("error: ");
-        std::string message = at == std::string::npos ? text : text.substr(at + 7);
-        while (!message.empty() && message.back() == '\n')
-            message.pop_back();
-        return Error{code == 3 ? ErrorCode::kOutside : ErrorCode::kUserInput,
-                     message.empty() ? fmt::format(messages::kPrintEndedWith, code) : message,
-                     {},
-                     {}};
+        return viewer::relayed_error(viewer::end_of_file(err, kMostText), code);
     }
     const Result<std::string> text = read_text_file(out, kMostExtents);
     if (!text) return text.error();

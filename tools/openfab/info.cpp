@@ -262,11 +262,13 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
     std::vector<int64_t> placed(world->objects.size());
     Box3d box;
     double work = 0;
+    bool of_boxes = false;
     for (const world::Placement& placement : world->build) {
         ++placed[placement.object];
         const world::Object& object = world->objects[placement.object];
         const mesh::Mesh& mesh = world->meshes[object.mesh];
         work += static_cast<double>(mesh.positions.size());
+        of_boxes = of_boxes || world->shapes.contains(object.mesh);
         if (work > kMostVertices) continue;
         for (const Vec3d& p : mesh.positions)
             box.add(placement.transform.apply(p));
@@ -280,8 +282,10 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
     const Vec3d size = box.size();
     show(fmt::format("build      {} placed", world->build.size()));
     if (work <= kMostVertices) {
-        show(fmt::format(", {:.5g} x {:.5g} x {:.5g} mm, from {:.5g} {:.5g} {:.5g}", size.x, size.y,
-                         size.z, box.lo.x, box.lo.y, box.lo.z));
+        // What a stage fills of its box is found by programs that are compiled for the print.
+        show(fmt::format(", {}{:.5g} x {:.5g} x {:.5g} mm, from {:.5g} {:.5g} {:.5g}",
+                         of_boxes ? "within " : "", size.x, size.y, size.z, box.lo.x, box.lo.y,
+                         box.lo.z));
     }
     show("\n");
     for (const std::string& warning : world->warnings)

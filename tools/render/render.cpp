@@ -63,14 +63,8 @@ Result<void> print_world(const RenderOptions& options, const fs::path& folder,
     if (!child) return child.error();
     const int code = (*child)->wait();
     if (code == 0) return {};
-    // What it says has the form of our own messages.
     constexpr int64_t kMostBytes = 64 << 10;
-    say(viewer::end_of_file(err, kMostBytes));
-    for (const ErrorCode one :
-         {ErrorCode::kUserInput, ErrorCode::kOutside, ErrorCode::kInterrupted}) {
-        if (code == exit_code(one)) return Error{one, "", "", {}};
-    }
-    return Error{ErrorCode::kInternal, "", "", {}};
+    return viewer::relayed_error(viewer::end_of_file(err, kMostBytes), code);
 }
 
 Result<OpticsTable> read_optics(const std::string& file) {

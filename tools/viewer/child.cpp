@@ -17,6 +17,7 @@
 #include "base/clean_exit.h"
 #include "base/clock.h"
 #include "base/input_file.h"
+#include "base/say.h"
 #include "base/start_program.h"
 #include "base/system_reason.h"
 #include "tools/viewer/messages.h"
@@ -110,6 +111,23 @@ std::vector<std::string> memory_words() {
     // Not less than the least that is an amount of memory: what needs more says so.
     constexpr int64_t kLeast = 1'000'000;
     return {fmt::format("--memory={}B", std::max(all - resident_bytes(), kLeast))};
+}
+
+Error relayed_error(const std::string& said, int code) {
+    // From the line that has the error on; what was said before are notes of its own.
+    const size_t at = said.rfind("error: ");
+    const size_t begin = at == std::string::npos ? 0 : said.rfind('\n', at) + 1;
+    if (begin < said.size()) say(said.substr(begin));
+    for (const ErrorCode one :
+         {ErrorCode::kUserInput, ErrorCode::kUsage, ErrorCode::kOutside, ErrorCode::kInterrupted}) {
+        if (code == exit_code(one))
+            return Error{
+                one, said.empty() ? fmt::format(messages::kProgramEndedWith, code) : "", "", {}};
+    }
+    return Error{ErrorCode::kInternal,
+                 said.empty() ? fmt::format(messages::kProgramEndedWith, code) : "",
+                 "",
+                 {}};
 }
 
 std::string end_of_file(const std::filesystem::path& file, int64_t most) {

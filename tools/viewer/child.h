@@ -50,6 +50,10 @@ void set_memory_of_programs(int64_t bytes);
 /// Returns the word of a command line with what is left of that for one that starts now; none without a bound.
 std::vector<std::string> memory_words();
 
+/// Says what a program of ours that ended with `code` said last, and returns an error of that kind that has nothing to
+/// add: what it said has the form of our messages, with its place in a file.
+Error relayed_error(const std::string& said, int code);
+
 /// Returns up to `most` bytes of the end of a file; empty where it cannot be read.
 std::string end_of_file(const std::filesystem::path& file, int64_t most);
 

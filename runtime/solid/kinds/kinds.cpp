@@ -82,9 +82,14 @@ Result<std::shared_ptr<Solid>> make_solid(const part::Part& part,
     return kind_of(part).make(part, options, *bodies);
 }
 
-Result<Box3d> extent_in_build(const part::Part& part, openfab_isa isa) {
+bool reach_is_known(const part::Part& part) {
     const part::Part& source = part.stretched != nullptr ? part.stretched->source : part;
-    if (kGrowKind.source(source) != nullptr) {
+    return kGrowKind.source(source) == nullptr;
+}
+
+Result<Box3d> extent_in_build(const part::Part& part, openfab_isa isa) {
+    if (!reach_is_known(part)) {
+        const part::Part& source = part.stretched != nullptr ? part.stretched->source : part;
         return error_at(source.shape->location, fmt::format(messages::kReachNotKnown, part.name),
                         messages::kReachNotKnownHelp);
     }

@@ -19,6 +19,8 @@ const Kind& kind_of(const part::Part& part);
 /// As Kind::make, refine and bytes, of a part and the bodies that its shape asks.
 Result<std::shared_ptr<Solid>> make_solid(const part::Part& part,
                                           const surface::SurfaceOptions& options);
+/// Whether it is known how far a part reaches before it is printed: not of what rules and programs make, in their box.
+bool reach_is_known(const part::Part& part);
 /// Returns the box of a part in build space before any displacement, by a solid that no pitch makes.
 Result<Box3d> extent_in_build(const part::Part& part, openfab_isa isa);
 Result<void> refine_source(const surface::SurfaceOptions& options, part::Part* part);

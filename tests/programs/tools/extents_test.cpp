@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "backends/ofr/ofr_reader.h"
+#include "program/messages.h"
 #include "runtime/solid/messages.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/says/says.h"
@@ -173,6 +174,17 @@ TEST_F(Extents, WhatIsTurnedStandsOnTheBedAndInRows) {
                                        "--voxel", "0.25mm", "--allow-programs"});
         EXPECT_EQ(refused.exit_code, 1) << kind;
         EXPECT_THAT(refused.err, Says(solid::messages::kReachNotKnown, "o"));
+    }
+}
+
+/// Placed by three numbers it is not known whether it or only its box is beside the tray: the message says so.
+TEST_F(Extents, OfWhatGrowsTheBoxHasToBeOnTheTray) {
+    write_worlds(R"([{"object": "o", "translate_mm": [3, 4, 20]}], "tray": "corner")");
+    for (const char* kind : {"grown", "program"}) {
+        const Outcome refused = print({path(std::string(kind) + ".fab.json"), "-o", path("a.ofr"),
+                                       "--voxel", "0.25mm", "--allow-programs"});
+        EXPECT_EQ(refused.exit_code, 1) << kind;
+        EXPECT_THAT(refused.err, Says(program::messages::kBoxOutsideTray, "o"));
     }
 }
 
