@@ -84,6 +84,7 @@ class WorldBinder {
         memory_left_ = options.memory_bytes;
         for (const mesh::Mesh& mesh : world_.meshes)
             memory_left_ -= mesh::mesh_bytes(mesh::counts_of(mesh));
+        if (Result<void> fine = check_sets_of_unplaced(); !fine) return fine.error();
         std::vector<Part> parts;
         parts.reserve(world_.build.size());
         for (size_t i = 0; i < world_.build.size(); ++i) {
@@ -109,6 +110,22 @@ class WorldBinder {
         Result<Settings> sets = read_settings(world_, options.sets);
         if (!sets) return sets.error();
         sets_ = std::move(*sets);
+        return {};
+    }
+
+    /// Settings of objects that the build does not place are checked like others, where their fablets are there.
+    Result<void> check_sets_of_unplaced() {
+        for (size_t i = 0; i < world_.objects.size(); ++i) {
+            const world::Object& object = world_.objects[i];
+            const auto is_it = [&](const world::Placement& placement) {
+                return static_cast<size_t>(placement.object) == i;
+            };
+            if (!sets_.contains(object.name) || std::ranges::any_of(world_.build, is_it)) continue;
+            const Result<const openfab_fablet*> fablet = fablet_of(object);
+            if (!fablet) continue;
+            const Result<BoundUniforms> bound = uniforms_of(object, {}, **fablet, true);
+            if (!bound && !setting_of(bound.error()).empty()) return bound.error();
+        }
         return {};
     }
 

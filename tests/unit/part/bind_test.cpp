@@ -194,6 +194,20 @@ TEST_F(BindTest, SetsWinOverTheWorld) {
     EXPECT_EQ(setting_of(error_at({"thing.fab.json", 0, 0}, "no --set thing.gain=8: ")), "");
 }
 
+/// Marks of cases and bodies of shapes are objects that the build does not place: a wrong name is an error there, too.
+TEST_F(BindTest, SetsOfUnplacedObjectsAreChecked) {
+    std::string world = kWorld;
+    const size_t at = world.find(R"("thing": {)");
+    const std::string thing = world.substr(at, world.find("}}", at) + 2 - at);
+    world.insert(at, "\"mark\"" + thing.substr(7) + ",\n    ");
+    ASSERT_TRUE(bind_text(world, {{"mark.gain=8"}}));
+    for (const char* set : {"mark.gian=8", "mark.gain=lots"}) {
+        const Result<std::vector<Part>> failed = bind_text(world, {{set}});
+        ASSERT_FALSE(failed) << set;
+        EXPECT_EQ(setting_of(failed.error()), set);
+    }
+}
+
 /// Values that have names are bound by these, by what people read, or by the value.
 TEST_F(BindTest, TakesTheNamesOfValues) {
     const char* pattern = "Pattern\nSTRIPES\t0\tStripes\nDOTS\t4\tpolka dots\nNONE\t-1\tNONE";
