@@ -165,6 +165,8 @@ class Checker {
             const size_t comma = pair.find(',');
             if (comma == std::string::npos)
                 return usage_error(fmt::format(messages::kNotTwoNames, pair));
+            if (pair.substr(0, comma) == pair.substr(comma + 1))
+                return usage_error(fmt::format(messages::kApartFromItself, pair));
             limits.apart.emplace_back(pair.substr(0, comma), pair.substr(comma + 1));
             given = true;
         }

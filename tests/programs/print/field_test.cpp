@@ -266,6 +266,9 @@ TEST_F(MachineTools, CheckFindsAThinSkinInAPrint) {
     EXPECT_THAT(apart.err, testing::Says(tools::messages::kNoSuchMaterialToCheck, "gold"));
     EXPECT_EQ(tool({"check", path("w2.ofr"), "--wall", "wide"}).exit_code, 2);
     EXPECT_EQ(tool({"check", path("p.printer")}).exit_code, 2);
+    const Outcome itself = tool({"check", path("w.ofr"), "--apart", "white,white"});
+    EXPECT_EQ(itself.exit_code, 2);
+    EXPECT_THAT(itself.err, Says(tools::messages::kApartFromItself, "white,white"));
 }
 
 }  // namespace
