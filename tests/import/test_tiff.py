@@ -214,6 +214,59 @@ def test_ome(tmp_path, axes):
         volume(file)
 
 
+def test_microscopes_of_other_makers(tmp_path):
+    file = tmp_path / "a.tif"
+    data = numbers("uint16", (6, 16, 12))
+    tifffile.imwrite(file, data[:1], metadata=None, extratags=[(33629, 5, 6, [1, 1] * 6, True)])  # MetaMorph
+    with pytest.raises(Refused, match="6 planes"):
+        volume(file)
+    for slices, times in ((6, 1), (3, 2)):
+        about = struct.pack("<IiiiiiiiIIddd", 0x00400494C, 512, 12, 16, slices, 1, times, 2, 0, 0, 1e-6, 2e-6, 3e-6)
+        zeiss = (34412, 1, 512, about.ljust(512, b"\0"), True)
+        tifffile.imwrite(file, data, metadata=None, photometric="minisblack", extratags=[zeiss])
+        if times == 1:
+            check(file, data)
+            assert np.allclose(volume(file).extent, (12e-3, 32e-3, 18e-3))
+        else:
+            with pytest.raises(Refused, match="2 frames"):
+                volume(file)
+
+
+@pytest.mark.parametrize("sorted_tags", [True, False])
+@pytest.mark.parametrize("tag", [254, 255])
+def test_smaller_copies_of_older_writers(tmp_path, tag, sorted_tags):
+    file = tmp_path / "a.tif"
+    data = numbers("int16", (4, 16, 12))
+    with tifffile.TiffWriter(file) as writer:
+        for k, page in enumerate(data):
+            old = {"extratags": [(255, 3, 1, 2 if k == 2 else 1, True)]} if tag == 255 else {"subfiletype": int(k == 2)}
+            writer.write(page, metadata=None, contiguous=False, **old)
+    if not sorted_tags:
+        raw = bytearray(file.read_bytes())
+        with tifffile.TiffFile(file) as opened:
+            begins = [page.offset + 2 for page in opened.pages]
+        for begin in begins:  # the first three entries, backwards
+            raw[begin : begin + 36] = raw[begin + 24 : begin + 36] + raw[begin + 12 : begin + 24] + raw[begin : begin + 12]
+        file.write_bytes(raw)
+    assert "smaller copies" in check(file, np.delete(data, 2, 0))
+
+
+@pytest.mark.parametrize("photometric", ["ycbcr", "separated", "cielab"])
+def test_damaged_chunks_of_colours(tmp_path, photometric):
+    file = tmp_path / "a.tif"
+    data = np.random.default_rng(4).integers(0, 255, (3, 64, 32, 4 if photometric == "separated" else 3)).astype("uint8")
+    plain = {"subsampling": (1, 1)} if photometric == "ycbcr" else {}
+    tifffile.imwrite(file, data, photometric=photometric, compression="lzw", rowsperstrip=16, metadata=None, **plain)
+    volume(file)
+    raw = bytearray(file.read_bytes())
+    with tifffile.TiffFile(file) as opened:
+        at, size = opened.pages[1].dataoffsets[1], opened.pages[1].databytecounts[1]
+    raw[at : at + size] = b"\xa5" * size
+    file.write_bytes(raw)
+    with pytest.raises(Refused):
+        volume(file)
+
+
 def test_shape_of_tifffile(tmp_path):
     file = tmp_path / "a.tif"
     data = numbers("float32", (6, 16, 12))
@@ -280,6 +333,8 @@ def test_what_is_left_out_is_told(tmp_path):
     assert "MinIsWhite" in check(file, data)
     tifffile.imwrite(file, data, photometric="minisblack", resolution=(100, 100), resolutionunit="CENTIMETER", metadata=None)
     assert "0.1 x 0.1 mm" in check(file, data)
+    tifffile.imwrite(file, data, photometric="minisblack", metadata=None, extratags=[(274, 3, 1, 4, False)])
+    assert "orientation (4)" in check(file, data)
     with tifffile.TiffWriter(file) as writer:
         writer.write(data[0], photometric="minisblack", metadata=None)
         writer.write(data[0, ::2, ::2], photometric="minisblack", subfiletype=1, metadata=None)

@@ -177,6 +177,22 @@ def test_tetrahedra_of_meshio(tmp_path):
     assert np.abs(seen - linear_field(at)).max() < 1e-3
 
 
+@pytest.mark.parametrize("offset, fine", [(352, True), (0, False), (347, False)])
+def test_numbers_of_nifti_lie_behind_its_header(tmp_path, offset, fine):
+    affine = np.eye(4)
+    affine[:3, 3] = 0.5
+    file = tmp_path / "v.nii"
+    nibabel.save(nibabel.Nifti1Image(field(), affine), file)
+    raw = bytearray(file.read_bytes())
+    raw[108:112] = np.array(offset, "<f4").tobytes()
+    file.write_bytes(raw)
+    if fine:
+        return assert_field(tmp_path, {"file": "v.nii"})
+    command = [TOOL, "print", world(tmp_path, {"file": "v.nii"}), "-o", tmp_path / "o.npy", "--voxel", "0.5mm"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 1 and "vox_offset" in done.stderr, done.stderr
+
+
 def test_nifti_is_read_or_refused_by_name(tmp_path):
     affine = np.eye(4)
     affine[:3, 3] = 0.5

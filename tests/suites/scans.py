@@ -14,6 +14,7 @@ any is wrong. Needs numpy, pydicom, nibabel, tifffile, imagecodecs, SimpleITK, P
 from __future__ import annotations
 
 import argparse
+import re
 import struct
 import subprocess
 import sys
@@ -174,6 +175,10 @@ def nifti(program: Path, file: Path) -> bool:
 
 def nrrd(program: Path, file: Path) -> bool:
     volume = convert(program, file)
+    head = file.read_bytes()[:2000] if file.suffix == ".mhd" else b""
+    stated = re.search(rb"CompressedDataSize *= *(\d+)\s.*ElementDataFile *= *(\S+)", head, re.DOTALL)
+    if stated and int(stated[1]) < (file.parent / stated[2].decode()).stat().st_size:
+        raise Unread("SimpleITK ends where CompressedDataSize does, before the numbers, and leaves the rest 0")
     try:
         image = SimpleITK.ReadImage(str(file))
     except RuntimeError as error:

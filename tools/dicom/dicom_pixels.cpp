@@ -112,6 +112,9 @@ Result<void> check_pixels(DicomImage* image) {
     if (image->syntax.packing == Packing::kDeflatedFile) return {};
     const Result<InputFile> file = InputFile::open(image->file);
     if (!file) return file.error();
+    if (image->sample == SampleKind::kBit && image->syntax.packing == Packing::kCodec)
+        return user_error(fmt::format(messages::kPackedBits, image->syntax.identifier),
+                          messages::kWriteUncompressed);
     if (!image->is_plain()) {
         Result<PackedFrames> frames =
             find_packed_frames(*file, image->pixels_at, image->frames, image->long_offsets);

@@ -7,6 +7,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "tools/hdf5/hdf5_handle.h"
@@ -86,6 +89,7 @@ class SetNumbers final : public ArrayNumbers {
             !stored)
             return stored;
         integers_ = kind == H5T_INTEGER;
+        is_signed_ = integers_ && H5Tget_sign(type) != H5T_SGN_NONE;
         plan(layout);
         return {};
     }
@@ -105,6 +109,7 @@ class SetNumbers final : public ArrayNumbers {
     }
 
     bool are_integers() const override { return integers_; }
+    bool has_lost() const override { return has_lost_; }
 
   private:
     /// Names a filter that the library does not have, as none is loaded.
@@ -195,6 +200,25 @@ class SetNumbers final : public ArrayNumbers {
             H5Dread(set_, H5T_NATIVE_DOUBLE, memory, space_, H5P_DEFAULT, held_.data()) < 0)
             return user_error(messages::kDataSetDamaged);
         begin_ += rows;
+        return find_lost(memory);
+    }
+
+    /// Finds integers of 64 bits that are not the doubles that they became.
+    Result<void> find_lost(hid_t memory) {
+        constexpr double kExact = 9007199254740992;  // 2^53
+        if (!integers_ || has_lost_ || std::none_of(held_.begin(), held_.end(), [](double value) {
+                return std::abs(value) >= kExact;
+            }))
+            return {};
+        std::vector<uint64_t> as_stored(held_.size());
+        if (H5Dread(set_, is_signed_ ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT64, memory, space_,
+                    H5P_DEFAULT, as_stored.data()) < 0)
+            return user_error(messages::kDataSetDamaged);
+        has_lost_ = std::any_of(as_stored.begin(), as_stored.end(), [this](uint64_t bits) {
+            if (is_signed_ && bits >> 63 != 0) bits = 0 - bits;
+            return std::bit_width(bits) - std::countr_zero(bits) >
+                   std::numeric_limits<double>::digits;
+        });
         return {};
     }
 
@@ -204,7 +228,7 @@ class SetNumbers final : public ArrayNumbers {
     size_t axis_ = 0;
     hsize_t row_ = 1, rows_ = 1;  ///< numbers of a row, and rows that are read at once
     hsize_t begin_ = 0;           ///< the next row
-    bool integers_ = false;
+    bool integers_ = false, is_signed_ = false, has_lost_ = false;
     std::vector<double> held_;
     size_t at_ = 0;
 };

@@ -136,7 +136,7 @@ bool is_texture_file(const fs::path& file) {
 
 bool is_volume_folder(const fs::path& folder) {
     const Result<std::vector<fs::path>> files = texture::volume_files(folder);
-    return files && std::any_of(files->begin(), files->end(), is_volume_file);
+    return files && std::any_of(files->begin(), files->end(), is_texture_file);
 }
 
 Result<void> list_texture(const fs::path& file, int64_t memory_bytes) {

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -130,6 +132,17 @@ double number(ArrayType type, const char* at) {
     return load<double>(at);
 }
 
+/// Whether an integer of 64 bits is not the double that it became.
+bool is_lost(ArrayType type, const char* at, double as) {
+    constexpr double kExact = 9007199254740992;  // 2^53
+    if (!(std::abs(as) >= kExact)) return false;
+    uint64_t bits = 0;
+    if (type == ArrayType::kInt64 || type == ArrayType::kUInt64)
+        std::memcpy(&bits, at, sizeof bits);
+    if (type == ArrayType::kInt64 && as < 0) bits = 0 - bits;
+    return std::bit_width(bits) - std::countr_zero(bits) > std::numeric_limits<double>::digits;
+}
+
 class ByteNumbers final : public ArrayNumbers {
   public:
     ByteNumbers(const ArrayBytes& bytes, ArrayType type, int64_t count)
@@ -173,7 +186,9 @@ class ByteNumbers final : public ArrayNumbers {
             for (size_t i = 0; i < n; ++i) {
                 char* const at = buffer.data() + i * size;
                 if (bytes_.swapped) std::reverse(at, at + size);
-                *out++ = number(type_, at);
+                *out = number(type_, at);
+                has_lost_ = has_lost_ || is_lost(type_, at, *out);
+                ++out;
             }
             count -= n;
         }
@@ -181,6 +196,7 @@ class ByteNumbers final : public ArrayNumbers {
     }
 
     bool are_integers() const override { return type_ < ArrayType::kFloat32; }
+    bool has_lost() const override { return has_lost_; }
 
   private:
     static Result<void> wrong_size() { return user_error(messages::kArrayOfOtherSize); }
@@ -222,6 +238,7 @@ class ByteNumbers final : public ArrayNumbers {
     size_t block_ = 0, last_ = 0;
     std::vector<size_t> packed_sizes_;
     size_t next_block_ = 0;
+    bool has_lost_ = false;
     std::vector<char> plain_;
     size_t at_ = 0;
 };
@@ -238,12 +255,14 @@ class TextNumbers final : public ArrayNumbers {
   public:
     explicit TextNumbers(std::string_view text) : text_(text) {}
     bool are_integers() const override { return integers_; }
+    bool has_lost() const override { return has_lost_; }
     Result<void> next(double* out, size_t count) override {
         for (size_t i = 0; i < count; ++i) {
             const std::string_view word = take_word(&text_);
             if (word.empty()) return user_error(messages::kArrayCutShort);
             integers_ = integers_ && word.find_first_not_of("+-0123456789") == word.npos;
             if (read_decimal(word, out) == Decimal::kFine || is_nan(word, out)) {
+                has_lost_ = has_lost_ || (integers_ && is_long(word, *out));
                 ++out;
             } else {
                 return user_error(fmt::format(messages::kNumberNotFinite, word.substr(0, 40)));
@@ -253,8 +272,17 @@ class TextNumbers final : public ArrayNumbers {
     }
 
   private:
+    /// Whether the double has other digits than the integer.
+    static bool is_long(std::string_view word, double as) {
+        constexpr size_t kExactDigits = 15;
+        if (word.size() <= kExactDigits) return false;
+        word.remove_prefix(std::min(word.find_first_not_of("+-0"), word.size()));
+        return word != fmt::format("{:.0f}", std::abs(as));
+    }
+
     std::string_view text_;
     bool integers_ = true;  ///< so far
+    bool has_lost_ = false;
 };
 
 }  // namespace
@@ -282,7 +310,8 @@ Result<size_t> pick_field(const std::vector<std::string>& names, const std::stri
     for (const std::string& one : names)
         all += fmt::format("{}`{}`", all.empty() ? "" : ", ", one);
     if (name.empty())
-        return user_error(messages::kSeveralFields + all + messages::kSeveralFieldsHelp);
+        return user_error(fmt::format(messages::kSeveralFields, all),
+                          messages::kSeveralFieldsChoose);
     const auto found = std::find(names.begin(), names.end(), name);
     if (found != names.end()) return static_cast<size_t>(found - names.begin());
     return user_error(fmt::format(messages::kNoSuchField, name, all));
@@ -307,6 +336,7 @@ Result<void> read_floats(ArrayNumbers* numbers, float* out, int64_t count) {
         }
         at += static_cast<int64_t>(n);
     }
+    rounds = rounds || numbers->has_lost();
     if (rounds && numbers->are_integers() && !numbers->told_rounded) {
         numbers->told_rounded = true;
         tell(fmt::format(messages::kIntegersRounded, messages::kItsFieldAlone));

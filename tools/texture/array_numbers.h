@@ -38,6 +38,8 @@ class ArrayNumbers {
     virtual Result<void> next(double* out, size_t count) = 0;
     /// Whether they are integers, of which a float may not hold each.
     virtual bool are_integers() const { return false; }
+    /// Whether an integer was read that not even a double holds.
+    virtual bool has_lost() const { return false; }
     bool told_rounded = false;  ///< that it does not
 };
 

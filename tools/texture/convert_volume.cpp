@@ -4,10 +4,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <string_view>
 
 #include "base/input_file.h"
@@ -35,9 +37,12 @@ namespace fs = std::filesystem;
 /// Slices that are pictures.
 class StackReader final : public VolumeReader {
   public:
-    StackReader(std::vector<fs::path> files, const texture::ImageOptions& options,
+    StackReader(std::vector<fs::path> files, const texture::VolumeOptions& options,
                 int64_t memory_bytes)
-        : files_(std::move(files)), options_(options), memory_bytes_(memory_bytes) {}
+        : files_(std::move(files)),
+          options_(options.image),
+          takes_nan_(options.outside.has_value()),
+          memory_bytes_(memory_bytes) {}
 
     Result<void> open() {
         if (Result<void> first = look_at(0); !first) return first.error();
@@ -68,8 +73,13 @@ class StackReader final : public VolumeReader {
         const Result<void> read = image_->each_row([&](int y, const float* pixel) -> Result<void> {
             float* row = out + y * row_floats();
             for (int32_t x = 0; x < size.x; ++x) {
-                if (!decoder_->pixel(pixel, row))
-                    return user_error(fmt::format(messages::kPixelOfSliceNotFinite, x, y, z));
+                if (!decoder_->pixel(pixel, row)) {
+                    if (!takes_nan_ || std::any_of(pixel, pixel + spec_.nchannels,
+                                                   [](float v) { return std::isinf(v); }))
+                        return user_error(fmt::format(messages::kPixelOfSliceNotFinite, x, y, z));
+                    // What stands for NaN is known to who writes the pyramid.
+                    std::fill_n(row, channels, std::numeric_limits<float>::quiet_NaN());
+                }
                 pixel += spec_.nchannels;
                 row += channels;
             }
@@ -113,6 +123,7 @@ class StackReader final : public VolumeReader {
 
     std::vector<fs::path> files_;
     texture::ImageOptions options_;
+    bool takes_nan_;
     int64_t memory_bytes_;
     std::unique_ptr<StillImage> image_;
     OIIO::ImageSpec spec_;
@@ -130,6 +141,7 @@ Result<void> refuse_others(const fs::path& file, const InputFile& opened, const 
     if (kind == ".img") return user_error(messages::kOnlyNumbers, messages::kOnlyNumbersHdrHelp);
     if (kind == ".raw" || kind == ".zraw" || kind == ".bin")
         return user_error(messages::kOnlyNumbers, messages::kOnlyNumbersRawHelp);
+    if (begin.starts_with("\x1f\x8b")) return user_error(messages::kIsGzip, messages::kIsGzipHelp);
     if (kind == ".npz")
         return user_error(messages::kArchiveOfArrays, messages::kArchiveOfArraysHelp);
     if (begin.starts_with("MATLAB 5.0") || (kind == ".mat" && !is_hdf5(opened)))
@@ -137,10 +149,13 @@ Result<void> refuse_others(const fs::path& file, const InputFile& opened, const 
     if (is_hdf5(opened) || kind == ".h5" || kind == ".hdf5" || kind == ".hdf" || kind == ".nc" ||
         kind == ".mnc")
         return user_error(messages::kIsHdf5, messages::kIsHdf5Help);
-    for (const char* parallel : {".pvti", ".pvtr", ".pvts", ".pvtu", ".vtm", ".pvd"}) {
+    for (const char* parallel :
+         {".pvti", ".pvtr", ".pvts", ".pvtu", ".vtm", ".vtmb", ".vth", ".vthb", ".pvd"}) {
         if (kind == parallel) return user_error(messages::kPartsOfGrid, messages::kPartsOfGridHelp);
     }
-    for (const char* other : {".mgz", ".mgh", ".exo", ".e", ".msh", ".inp", ".mrc", ".vol"}) {
+    if (kind == ".vtp") return user_error(messages::kIsASurface, messages::kIsASurfaceHelp);
+    for (const char* other :
+         {".mgz", ".mgh", ".htg", ".exo", ".e", ".msh", ".inp", ".mrc", ".vol"}) {
         if (kind == other)
             return user_error(fmt::format(messages::kVolumesNotRead, kind),
                               messages::kVolumesNotReadHelp);
@@ -202,18 +217,19 @@ MadeReader open_slices(const std::vector<fs::path>& files, const texture::Volume
         MadeReader pages = open_tiff_stack(files, options, limits);
         if (!pages || *pages != nullptr) return pages;
     }
-    return open_stack(files, options.image, limits);
+    return open_stack(files, options, limits);
 }
 
 /// Refuses keys that say nothing of an array or a table of numbers in their order.
-Result<void> check_plain(const texture::VolumeOptions& options) {
+Result<void> check_plain(const texture::VolumeOptions& options, bool has_nan) {
     const auto without_effect = [](const char* what, const char* key) {
         return user_error(fmt::format(messages::kKeyWithoutEffect, what, key),
                           fmt::format(messages::kKeyWithoutEffectHelp, key));
     };
     if (!options.field.empty()) return without_effect(messages::kNamedFields, "field");
     if (!options.unit.empty()) return without_effect(messages::kUnitOfLengths, "unit");
-    if (options.outside) return without_effect(messages::kPlacesWithoutValue, "outside");
+    if (options.outside && !has_nan)
+        return without_effect(messages::kPlacesWithoutValue, "outside");
     return {};
 }
 
@@ -228,9 +244,10 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     if (!got) return got.error();
     const std::string_view begin(head.data(), *got);
     if (begin.starts_with("NRRD")) return open_nrrd(files[0], options, limits);
-    const Result<void> plain = check_plain(options);
-    if (begin.starts_with("\x93NUMPY")) return plain ? open_npy(files[0]) : plain.error();
     const std::string kind = lower_ascii(files[0].extension().string());
+    const bool is_array = begin.starts_with("\x93NUMPY");
+    const Result<void> plain = check_plain(options, is_array);
+    if (is_array) return plain ? open_npy(files[0]) : plain.error();
     if (kind == ".cube") return plain ? open_cube(files[0], limits) : plain.error();
     if (is_nifti_file(files[0])) return open_nifti(files[0], options, limits);
     if (texture::is_meta_image(files[0])) return open_meta(files[0], options, limits);
@@ -249,7 +266,7 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
 
 }  // namespace
 
-MadeReader open_stack(const std::vector<fs::path>& files, const texture::ImageOptions& options,
+MadeReader open_stack(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
                       const texture::ReadLimits& limits) {
     auto reader = std::make_unique<StackReader>(files, options, limits.memory_bytes);
     if (Result<void> opened = reader->open(); !opened) return opened.error();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -120,6 +121,15 @@ Result<GridFrame> frame_of(const MetaHeader& header, double unit) {
     return frame;
 }
 
+/// The unit of its lengths, which is millimetres where nothing is said.
+Result<double> header_unit_mm(const MetaHeader& header, const texture::VolumeOptions& options) {
+    const std::string name = header.field("DistanceUnits");
+    if (!options.unit.empty() || name.empty() || name == "?") return unit_mm(options);
+    const std::optional<double> mm = named_length_mm(name);
+    if (mm) return *mm;
+    return user_error(fmt::format(messages::kUnknownUnit, name), messages::kUnknownUnitHelp);
+}
+
 /// The function of stored numbers that intensities are.
 Result<void> set_intensity(const MetaHeader& header, StoredGrid* grid) {
     const auto read = [&](const char* name, double* out) {
@@ -182,7 +192,9 @@ MadeReader open_meta(const fs::path& path, const texture::VolumeOptions& options
     if (Result<void> known = set_format(*header, &grid); !known) return known.error();
     if (Result<void> sized = set_size(*header, &grid); !sized) return sized.error();
     if (Result<void> read = set_intensity(*header, &grid); !read) return read.error();
-    const Result<GridFrame> frame = frame_of(*header, unit_mm(options));
+    const Result<double> unit = header_unit_mm(*header, options);
+    if (!unit) return unit.error();
+    const Result<GridFrame> frame = frame_of(*header, *unit);
     if (!frame) return frame.error();
     if (Result<void> opened = open_numbers(std::move(*source), path, *header, limits, &grid);
         !opened)

@@ -96,6 +96,19 @@ Result<GridFrame> frame_of(const Words& words, const texture::VolumeOptions& opt
     return frame;
 }
 
+/// Refuses images of which none is a slice, and volumes behind each other, by the space group and the sections
+/// of a volume.
+Result<void> check_kind(const Words& words) {
+    constexpr int64_t kOfVolumes = 401;
+    const int64_t sections = words.whole(3), in_volume = words.whole(10), group = words.whole(23);
+    if (group == 0 && in_volume == 1 && sections > 1)
+        return user_error(fmt::format(messages::kMrcImages, sections), messages::kMrcImagesHelp);
+    const bool several = group >= kOfVolumes && in_volume > 0 && in_volume < sections;
+    if (!several) return {};
+    return user_error(fmt::format(messages::kMrcVolumes, sections / in_volume),
+                      messages::kOneOfThemHelp);
+}
+
 }  // namespace
 
 bool is_mrc(std::string_view head) {
@@ -116,6 +129,7 @@ MadeReader open_mrc(const fs::path& path, const texture::VolumeOptions& options,
     const int64_t axis = Words(head.data(), false).whole(17);
     const bool swapped = stamped ? head[212] == 0x11 : axis < 1 || axis > 3;
     const Words words(head.data(), swapped);
+    if (Result<void> fits = check_kind(words); !fits) return fits.error();
     StoredGrid grid;
     const Result<NumberFormat> format = format_of(words, swapped);
     if (!format) return format.error();

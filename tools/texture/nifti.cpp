@@ -189,7 +189,8 @@ MadeReader open_nifti(const fs::path& path, const texture::VolumeOptions& option
         grid.intercept = std::isfinite(h.intercept) ? h.intercept : 0;
     }
     constexpr double kMostOffset = 1e15;
-    if (!(h.offset >= 0 && h.offset <= kMostOffset && h.offset == std::floor(h.offset)))
+    const double least = h.detached ? 0 : h.is_double ? 540 : 348;  // behind the header
+    if (!(h.offset >= least && h.offset <= kMostOffset && h.offset == std::floor(h.offset)))
         return user_error(messages::kVoxOffsetOutside);
     grid.packed = head->packed;
     Result<InputFile> file = InputFile::open(path);

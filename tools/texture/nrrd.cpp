@@ -346,6 +346,19 @@ Result<void> open_numbers(InputFile source, const fs::path& file, const texture:
     return {};
 }
 
+/// Tells what the file says beside its numbers and their place, and what is made of it nowhere.
+void tell_left_out(const texture::NrrdHeader& header, bool integers, const std::string& name) {
+    const auto says = [&](const char* field, const char* other) {
+        return !header.field(field).empty() || !header.field(other).empty();
+    };
+    if (says("axis mins", "axismins") && header.field("space origin").empty())
+        tell(fmt::format(messages::kAxisMinsLeftOut, name));
+    if (says("axis maxs", "axismaxs") && !says("space directions", "spacings"))
+        tell(fmt::format(messages::kAxisMaxsLeftOut, name));
+    if (integers && (says("old min", "oldmin") || says("old max", "oldmax")))
+        tell(fmt::format(messages::kOldRangeLeftOut, name));
+}
+
 }  // namespace
 
 MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options,
@@ -378,10 +391,7 @@ MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options
     if (!unit) return unit.error();
     const Result<std::optional<GridFrame>> frame = read_frame(header, *axes, *channels, *unit);
     if (!frame) return frame.error();
-    std::string least = header.field("axis mins");
-    if (least.empty()) least = header.field("axismins");
-    if (!least.empty() && header.field("space origin").empty())
-        tell(fmt::format(messages::kAxisMinsLeftOut, file.filename().string()));
+    tell_left_out(header, grid.format.kind != NumberFormat::Kind::kFloat, file.filename().string());
     if (Result<void> opened = open_numbers(std::move(*source), file, header, limits, &grid);
         !opened)
         return opened.error();

@@ -35,6 +35,7 @@ class SlabNumbers final : public ArrayNumbers {
     }
 
     bool are_integers() const override { return whole_->are_integers(); }
+    bool has_lost() const override { return whole_->has_lost(); }
 
   private:
     /// Of the number at hand in the whole array.

@@ -109,7 +109,9 @@ Result<void> StillImage::open_tiff() {
     constexpr int kBlackIsLeast = 1, kRgb = 2;
     const bool light = page.photometric == kBlackIsLeast || page.photometric == kRgb;
     const bool bytes = page.bits == 8 || page.bits == 16 || page.bits == 32 || page.bits == 64;
-    if (light && bytes && page.samples == input_->spec().nchannels) tiff_ = std::move(*opened);
+    if (!light || !bytes || page.samples != input_->spec().nchannels)
+        return (*opened)->check_chunks();
+    tiff_ = std::move(*opened);
     return {};
 }
 

@@ -168,9 +168,8 @@ Result<std::unique_ptr<TiffImage>> TiffImage::open(const InputFile& file, uint64
     return image;
 }
 
-Error TiffImage::trouble(const std::string& what) const {
-    if (handle_->error.empty()) return user_error(what);
-    return user_error(what + ": " + handle_->error);
+Error TiffImage::trouble(const std::string& what, const char* help) const {
+    return user_error(handle_->error.empty() ? what : what + ": " + handle_->error, help);
 }
 
 Result<void> TiffImage::read_directory(int64_t memory_bytes) {
@@ -200,6 +199,7 @@ Result<void> TiffImage::read_directory(int64_t memory_bytes) {
     char* text = nullptr;
     if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text != nullptr)
         about_.description = text;
+    read_private();
     if (Result<void> known = check_kind(); !known) return known;
     if (about_.photometric == PHOTOMETRIC_YCBCR && about_.compression == COMPRESSION_JPEG)
         TIFFSetField(tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
@@ -220,6 +220,17 @@ Result<void> TiffImage::read_directory(int64_t memory_bytes) {
     // Stored and decoded, then as floats.
     const uint64_t needed = std::min(chunk, kMost) * 2 + std::min(band, kMost);
     return check_memory(static_cast<int64_t>(2 * std::min(needed, kMost)), memory_bytes);
+}
+
+void TiffImage::read_private() {
+    TIFF* const tiff = handle_->tiff;
+    constexpr uint32_t kStk = 33629, kLsm = 34412;
+    uint32_t count = 0;
+    const void* value = nullptr;
+    // Not known to the library, which guesses their types from the file.
+    if (TIFFGetField(tiff, kStk, &count, &value) == 1) about_.stk_planes = count;
+    if (TIFFGetField(tiff, kLsm, &count, &value) == 1 && value != nullptr)
+        about_.lsm.assign(static_cast<const char*>(value), count);
 }
 
 Result<void> TiffImage::check_kind() {
@@ -267,8 +278,24 @@ Result<void> TiffImage::check_places() const {
         const uint64_t begin = TIFFGetStrileOffset(tiff, chunk);
         const uint64_t bytes = std::min(TIFFGetStrileByteCount(tiff, chunk), plain);
         if (begin == 0 || bytes == 0 || begin > size || bytes > size - begin)
-            return user_error(
-                fmt::format(messages::kChunkMissing, tiled ? "tile" : "strip", chunk));
+            return user_error(fmt::format(messages::kChunkMissing, tiled ? "tile" : "strip", chunk),
+                              messages::kChunkHelp);
+    }
+    return {};
+}
+
+Result<void> TiffImage::check_chunks() {
+    TIFF* const tiff = handle_->tiff;
+    const bool tiled = TIFFIsTiled(tiff) != 0;
+    const uint32_t chunks = tiled ? TIFFNumberOfTiles(tiff) : TIFFNumberOfStrips(tiff);
+    const auto height = static_cast<uint32_t>(about_.height);
+    const auto step = static_cast<uint32_t>(about_.rows);
+    const uint32_t in_plane = (height + step - 1) / step;
+    for (uint32_t chunk = 0; chunk < chunks; ++chunk) {
+        const uint32_t begin = chunk % in_plane * step;
+        const tmsize_t bytes =
+            tiled ? TIFFTileSize(tiff) : TIFFVStripSize(tiff, std::min(step, height - begin));
+        if (Result<void> read = read_chunk(chunk, bytes); !read) return read;
     }
     return {};
 }
@@ -314,12 +341,14 @@ Result<void> TiffImage::read_chunk(uint32_t chunk, int64_t bytes) {
     handle_->warning.clear();
     // A chunk without a place was never written; the library would read the file's header.
     if (TIFFGetStrileOffset(tiff, chunk) == 0)
-        return user_error(fmt::format(messages::kChunkDamaged, tiled ? "tile" : "strip", chunk));
+        return user_error(fmt::format(messages::kChunkDamaged, tiled ? "tile" : "strip", chunk),
+                          messages::kChunkHelp);
     const tmsize_t got = tiled ? TIFFReadEncodedTile(tiff, chunk, bytes_.data(), bytes)
                                : TIFFReadEncodedStrip(tiff, chunk, bytes_.data(), bytes);
     if (handle_->error.empty() && only_warns(about_.compression)) handle_->error = handle_->warning;
     if (got == bytes && handle_->error.empty()) return {};
-    return trouble(fmt::format(messages::kChunkDamaged, tiled ? "tile" : "strip", chunk));
+    return trouble(fmt::format(messages::kChunkDamaged, tiled ? "tile" : "strip", chunk),
+                   messages::kChunkHelp);
 }
 
 void TiffImage::convert(const uint8_t* row, int64_t pixels, Scale scale, int sample, float* out) {

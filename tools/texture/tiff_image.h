@@ -31,6 +31,8 @@ struct TiffDirectory {
     std::string description;
     std::array<double, 2> resolution{};  ///< pixels per unit along x and y; 0: none
     int resolution_unit = 2;             ///< 1: none, 2: inch, 3: centimetre
+    int64_t stk_planes = 0;              ///< MetaMorph's count of planes behind each other
+    std::string lsm;                     ///< what Zeiss microscopes say of the whole file
 
     /// Returns whether samples are numbers, or light that is not stored as anything else.
     bool is_plain() const;
@@ -57,6 +59,8 @@ class TiffImage {
     const TiffDirectory& directory() const { return about_; }
     /// Fails where a strip or a tile is missing, or lies outside of the file.
     Result<void> check_places() const;
+    /// Decodes all strips or tiles. Fails where one is damaged.
+    Result<void> check_chunks();
 
     /// Calls use(y, row) for each row of layer `z` from the top: interleaved samples. `shift`: bytes by which
     /// all strips lie farther back in the file than the directory says. Stops at the first error of `use`.
@@ -75,11 +79,13 @@ class TiffImage {
     TiffImage(const InputFile& file, uint64_t directory);
     Result<void> read_directory(int64_t memory_bytes);
     Result<void> check_kind();
+    /// Reads what microscopes write in tags of their own.
+    void read_private();
     Result<void> read_chunk(uint32_t chunk, int64_t bytes);
     Result<void> read_strips(int64_t y, Scale scale, float* band);
     Result<void> read_tiles(int32_t z, int64_t y, Scale scale, float* band);
     void convert(const uint8_t* row, int64_t pixels, Scale scale, int sample, float* out);
-    Error trouble(const std::string& what) const;
+    Error trouble(const std::string& what, const char* help = "") const;
 
     std::unique_ptr<Handle> handle_;
     TiffDirectory about_;

@@ -71,19 +71,21 @@ bool is_reduced_page(const InputFile& file, uint64_t directory) {
     const Kind kind = kind_of(file);
     const std::optional<uint64_t> entries =
         number_at(file, directory, kind.count_bytes, kind.big_endian);
-    constexpr uint64_t kMostEntries = 4096, kNewSubfileType = 254, kReducedOrMask = 1 | 4;
+    constexpr uint64_t kMostEntries = 4096, kNewSubfileType = 254, kSubfileType = 255;
+    constexpr uint64_t kReducedOrMask = 1 | 4, kReduced = 2;  // of each of the two
     if (!entries || *entries > kMostEntries) return false;
     const uint64_t begin = directory + static_cast<uint64_t>(kind.count_bytes);
     for (uint64_t i = 0; i < *entries; ++i) {
         const uint64_t at = begin + i * kind.entry_bytes;
         const std::optional<uint64_t> tag = number_at(file, at, 2, kind.big_endian);
-        // Entries are in the order of their tags, of which this is the lowest.
-        if (!tag || *tag > kNewSubfileType) return false;
-        if (*tag < kNewSubfileType) continue;
+        if (!tag) return false;
+        // Entries should be in the order of their tags, but not all writers keep it.
+        if (*tag != kNewSubfileType && *tag != kSubfileType) continue;
+        const bool is_old = *tag == kSubfileType;
         const std::optional<uint64_t> value =
-            number_at(file, at + kind.entry_bytes - static_cast<uint64_t>(kind.offset_bytes), 4,
-                      kind.big_endian);
-        return value && (*value & kReducedOrMask) != 0;
+            number_at(file, at + kind.entry_bytes - static_cast<uint64_t>(kind.offset_bytes),
+                      is_old ? 2 : 4, kind.big_endian);
+        if (value && (is_old ? *value == kReduced : (*value & kReducedOrMask) != 0)) return true;
     }
     return false;
 }

@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <string_view>
 
@@ -149,9 +151,49 @@ Result<TiffSeries> shaped_series(const TiffDirectory& first, int64_t pages) {
         stride *= shape[a];
         ++over;
     }
-    if (said.planes() > kMostPlanes || (pages != said.planes() && pages != 1)) return series;
+    if (said.planes() > kMostPlanes) return series;
+    if (pages != said.planes() && pages != 1 && said.planes() != 1)
+        return user_error(fmt::format(messages::kPagesContradict, said.planes(), pages));
+    if (pages != said.planes() && pages != 1) return series;
     said.names = numbers_from_1(said.channels);
     return said;
+}
+
+/// MetaMorph's stacks have one directory, and say with it what each plane is.
+Result<TiffSeries> stk_series(const TiffDirectory& first, int64_t pages) {
+    if (first.stk_planes > 1)
+        return user_error(fmt::format(messages::kStkPlanes, first.stk_planes),
+                          messages::kWriteAsPagesHelp);
+    TiffSeries series;
+    series.slices = pages;
+    return series;
+}
+
+/// Zeiss microscopes: the sides, channels and times of the whole file, and a voxel's sides in metres, in the
+/// order of bytes of the first processors for them. Pages are slices, then times; channels are samples.
+Result<TiffSeries> lsm_series(const TiffDirectory& first, int64_t pages) {
+    constexpr size_t kSlices = 16, kTimes = 24, kVoxel = 40, kLeast = 64;
+    TiffSeries series;
+    if (first.lsm.size() < kLeast) return user_error(messages::kTiffDescription);
+    const auto number = [&](size_t at, auto* out) {
+        std::memcpy(out, first.lsm.data() + at, sizeof *out);
+    };
+    int32_t slices = 0, times = 0;
+    number(kSlices, &slices);
+    number(kTimes, &times);
+    if (slices < 1 || times < 1 || int64_t{slices} * times != pages)
+        return user_error(fmt::format(messages::kLsmPages, slices, times, pages),
+                          messages::kWriteAsPagesHelp);
+    series.slices = slices;
+    series.frames = times;
+    std::array<double, 3> metres{};
+    number(kVoxel, &metres);
+    constexpr double kMillimetres = 1000;
+    if (std::all_of(metres.begin(), metres.end(), [](double side) { return side > 0; }))
+        series.spacing_mm = {metres[0] * kMillimetres, metres[1] * kMillimetres,
+                             metres[2] * kMillimetres};
+    series.unit_mm = kMillimetres;
+    return series;
 }
 
 /// Says what a resolution would make of the texels, which a picture's own does not.
@@ -169,15 +211,21 @@ Result<TiffSeries> read_tiff_series(const TiffDirectory& first, int64_t pages,
                                     const std::string& name) {
     const std::string_view text = first.description;
     Result<TiffSeries> series = TiffSeries();
-    if (text.starts_with("ImageJ=")) {
+    if (text.starts_with("ImageJ=") || text.starts_with("SCIFIO=")) {
         series = imagej_series(first, pages);
     } else if (text.starts_with('{')) {
         series = shaped_series(first, pages);
     } else if (text.find("<OME") != std::string_view::npos) {
         series = read_ome_series(first, pages, name);
+    } else if (first.stk_planes > 0) {
+        series = stk_series(first, pages);
+    } else if (!first.lsm.empty()) {
+        series = lsm_series(first, pages);
     } else {
         series->slices = pages;
     }
+    if (series && first.orientation > 1)
+        series->notes.push_back(fmt::format(messages::kOrientationLeftOut, first.orientation));
     if (series) tell_resolution(first, &*series);
     return series;
 }

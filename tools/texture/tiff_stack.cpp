@@ -307,6 +307,17 @@ class TiffStack final : public VolumeReader {
     Plane current_;
 };
 
+/// Whether the planes are all pages of the file, in their order.
+bool are_all_pages(const fs::path& path, const std::vector<Plane>& planes) {
+    const Result<InputFile> file = InputFile::open(path);
+    if (!file) return false;
+    const std::vector<uint64_t> pages = tiff_pages(*file, kMostPages);
+    return std::equal(planes.begin(), planes.end(), pages.begin(), pages.end(),
+                      [](const Plane& plane, uint64_t page) {
+                          return plane.directory == page && plane.layer == 0 && plane.shift == 0;
+                      });
+}
+
 }  // namespace
 
 bool are_tiffs(const std::vector<fs::path>& files) {
@@ -325,7 +336,12 @@ MadeReader open_tiff_stack(const std::vector<fs::path>& files,
     if (Result<void> done = found.find(); !done) return done.error();
     const TiffDirectory& first = found.first;
     const bool indices = first.is_palette() && options.image.space != "srgb";
-    if (!first.is_plain() && !indices) return std::unique_ptr<VolumeReader>();
+    if (!first.is_plain() && !indices) {
+        // They are read as pictures, page by page.
+        if (files.size() == 1 && !are_all_pages(files.front(), found.planes))
+            return user_error(messages::kColoursOfSeries, messages::kColoursOfSeriesHelp);
+        return std::unique_ptr<VolumeReader>();
+    }
     constexpr int kWhiteIsLeast = 0;
     if (indices) {
         tell(fmt::format(messages::kPaletteAsNumbers, files.front().filename().string(),

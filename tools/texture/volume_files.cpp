@@ -177,7 +177,7 @@ bool is_rounded(const NumberFormat& format, const char* at) {
     if (static_cast<double>(static_cast<float>(value)) != value) return true;
     // Of 64 bits, a double may have lost what a float would.
     constexpr double kExact = 9007199254740992;  // 2^53
-    if (format.bytes < 8 || std::abs(value) <= kExact) return false;
+    if (format.bytes < 8 || std::abs(value) < kExact) return false;
     const uint64_t bits = load<uint64_t>(at, format.swapped);
     const bool negative = format.kind == NumberFormat::Kind::kSigned && value < 0;
     return std::bit_width(negative ? 0 - bits : bits) - std::countr_zero(bits) >

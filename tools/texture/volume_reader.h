@@ -52,7 +52,7 @@ using MadeReader = Result<std::unique_ptr<VolumeReader>>;
 /// decoded from sRGB unless the space says otherwise, all else is taken as linear; integers are
 /// scaled to 0..1.
 MadeReader open_stack(const std::vector<std::filesystem::path>& files,
-                      const texture::ImageOptions& options, const texture::ReadLimits& limits);
+                      const texture::VolumeOptions& options, const texture::ReadLimits& limits);
 /// Opens an NRRD of 3 dimensions, or of 4 with 1 to 4 channels along any of them; raw, text or gzip,
 /// attached or in a file of its own, after a `line skip` and a `byte skip`. Unsigned integers of 8 and
 /// 16 bits are scaled to 0..1, others are taken as they are. "space origin" is the centre of the first

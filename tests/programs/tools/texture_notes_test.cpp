@@ -175,6 +175,12 @@ std::vector<Row> rows() {
         {"mins", "mins.nrrd",
          nrrd + "type: uint8\nsizes: 2 1 1\naxis mins: 5 6 7\n\n" + std::string(2, '\1'),
          fmt::format(notes::kAxisMinsLeftOut, "mins.nrrd")},
+        {"maxs", "maxs.nrrd",
+         nrrd + "type: uint8\nsizes: 2 1 1\naxis maxs: 5 6 7\n\n" + std::string(2, '\1'),
+         fmt::format(notes::kAxisMaxsLeftOut, "maxs.nrrd")},
+        {"range", "range.nrrd",
+         nrrd + "type: uint8\nsizes: 2 1 1\nold min: 0\nold max: 7\n\n" + std::string(2, '\1'),
+         fmt::format(notes::kOldRangeLeftOut, "range.nrrd")},
         {"nrrd", "nrrd.nrrd", nrrd + "type: int32\nsizes: 2 1 1\n\n" + kBig, rounded("nrrd.nrrd")},
         {"meta", "meta.mha",
          "ObjectType = Image\nNDims = 3\nDimSize = 2 1 1\nElementType = MET_INT\nElementDataFile = "
@@ -298,6 +304,7 @@ TEST_F(TextureNotes, ReachEachDoorOfTheCommandLine) {
         if (row.is_picture) continue;
         EXPECT_EQ(openfab({"info", row.file}).err, "note: " + row.told + "\n");
     }
+    EXPECT_EQ(openfab({"info", "series"}).err, "note: " + told_.back() + "\n");
     // The first of these makes the textures, others have them from the cache.
     for (int time = 0; time < 2; ++time) {
         const std::string err = openfab({"print", "all.fab.json", "-o", "out.ofr", "--voxel",

@@ -120,6 +120,13 @@ TEST_F(DicomSegments, BitsLieAcrossFrames) {
     }
 }
 
+TEST_F(DicomSegments, BitsThatAreCompressedAreNamed) {
+    for (const char* syntax : {"1.2.840.10008.1.2.5", "1.2.840.10008.1.2.4.90"}) {
+        write("seg", segmentation("BINARY", {{1, 0, all(1)}}).bytes(syntax));
+        EXPECT_THAT(trouble(), testing::Says(messages::kPackedBits, syntax));
+    }
+}
+
 TEST_F(DicomSegments, EachSegmentIsAFieldOverThePlanesOfAll) {
     for (const char* type : {"BINARY", "FRACTIONAL"}) {
         const bool binary = type[0] == 'B';

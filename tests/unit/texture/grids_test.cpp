@@ -17,6 +17,7 @@
 #include "tests/support/says/says.h"
 #include "tests/unit/texture/border_reach.h"
 #include "tests/unit/texture/field_test.h"
+#include "tests/unit/texture/vtk_files.h"
 #include "texture/messages.h"
 #include "tools/texture/messages.h"
 
@@ -211,9 +212,13 @@ TEST_F(GridsTest, NanIsOutsideWhereThatIsGiven) {
 <DataArray type="Float32" Name="a" format="ascii">nan 2</DataArray></CellData></Piece></ImageData></VTKFile>)";
     const std::string turned =
         "space dimension: 3\nspace directions: (0.6,0.8,0) (-0.8,0.6,0) (0,0,1)\n";
+    std::string npy("\x93NUMPY\1\0\x50\0", 10);
+    npy += "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 1, 2)}";
+    npy = npy.append(90 - npy.size(), ' ') + raw(std::vector<float>{nan, 2});
     for (const auto& file :
          {folder_.write("a.nrrd", nrrd({nan, 2}, {2, 1, 1}, "")), folder_.write("a.vti", vti),
-          folder_.write("b.nrrd", nrrd({nan, 2}, {2, 1, 1}, turned))}) {
+          folder_.write("b.nrrd", nrrd({nan, 2}, {2, 1, 1}, turned)),
+          folder_.write("a.npy", npy)}) {
         EXPECT_THAT(trouble(file), testing::Says(messages::kValueNotFinite)) << file;
         VolumeOptions options;
         options.outside = -1;
@@ -240,6 +245,34 @@ TEST_F(GridsTest, IntegersThatNoFloatHoldsAreTold) {
     EXPECT_EQ(told([&] { converted(file(1 << 24)); }), "");
     EXPECT_THAT(told([&] { converted(file((1 << 24) + 1)); }),
                 testing::Says(messages::kIntegersRounded, "a.mha"));
+    // Of which not even a double holds each.
+    for (const int64_t value : {(int64_t{1} << 53) + 1, -(int64_t{1} << 53) - 1, INT64_MAX}) {
+        const std::vector<int64_t> numbers{7, value};
+        const auto mha = folder_.write(
+            "a.mha",
+            "NDims = 3\nDimSize = 2 1 1\nElementType = MET_LONG_LONG\nElementDataFile = LOCAL\n" +
+                raw(numbers));
+        EXPECT_THAT(told([&] { converted(mha); }),
+                    testing::Says(messages::kIntegersRounded, "a.mha"))
+            << value;
+        const std::string head =
+            R"(<VTKFile type="ImageData" byte_order="LittleEndian"><ImageData WholeExtent="0 2 0 1 0 1"><Piece Extent="0 2 0 1 0 1"><CellData>
+<DataArray type="Int64" Name="a" )";
+        const std::string tail = "</DataArray></CellData></Piece></ImageData></VTKFile>";
+        const std::string size("\x10\0\0\0", 4);
+        for (const std::string& data : {fmt::format("format=\"ascii\">7 {}", value),
+                                        "format=\"binary\">" + base64(size + raw(numbers))}) {
+            const auto vti = folder_.write("a.vti", head + data + tail);
+            EXPECT_THAT(told([&] { converted(vti); }),
+                        testing::Says(messages::kIntegersRounded, messages::kItsFieldAlone))
+                << data;
+        }
+    }
+    const auto whole = folder_.write(
+        "a.mha",
+        "NDims = 3\nDimSize = 2 1 1\nElementType = MET_LONG_LONG\nElementDataFile = LOCAL\n" +
+            raw(std::vector<int64_t>{7, int64_t{1} << 60}));
+    EXPECT_EQ(told([&] { converted(whole); }), "");
 }
 
 TEST_F(GridsTest, AFourthAxisOfOneIsLeftOut) {
@@ -297,7 +330,40 @@ TEST_F(GridsTest, MapsOfMicroscopesAreRead) {
     EXPECT_EQ(trouble(folder_.write("a.mrc", mrc(2, "1234"))), messages::kCutShort);
 }
 
+TEST_F(GridsTest, StacksOfMapsAreNamed) {
+    const auto stack = [](int32_t group, int32_t sections) {
+        std::string out = mrc(0, "\x01\x02\x03\x04\x05\x06");
+        const auto put = [&](size_t word, int32_t value) {
+            std::memcpy(out.data() + 4 * (word - 1), &value, sizeof value);
+        };
+        put(2, 1);
+        put(3, 2);
+        put(10, sections);
+        put(23, group);
+        return out;
+    };
+    EXPECT_EQ(trouble(folder_.write("a.mrc", stack(0, 1))),
+              fmt::format(messages::kMrcImages, 2) + "; " + messages::kMrcImagesHelp);
+    EXPECT_THAT(trouble(folder_.write("a.mrc", stack(401, 1))),
+                testing::Says(messages::kMrcVolumes, 2));
+    for (const int32_t group : {0, 1, 401}) {
+        const auto p = converted(folder_.write("a.mrc", stack(group, 2)));
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(level0(*p), (std::vector<float>{1, 2, 3, 4, 5, 6}));
+    }
+}
+
+TEST_F(GridsTest, TheRangeOfWhatWasQuantizedIsTold) {
+    const std::string head = "NRRD0004\ndimension: 3\nsizes: 2 1 1\nencoding: raw\n";
+    const std::string range = "old min: 0\nold max: 1000\n\n";
+    EXPECT_THAT(
+        told([&] { converted(folder_.write("a.nrrd", head + "type: uchar\n" + range + "12")); }),
+        testing::Says(messages::kOldRangeLeftOut, "a.nrrd"));
+}
+
 TEST_F(GridsTest, OtherContainersAreNamed) {
+    EXPECT_THAT(trouble(folder_.write("a.mrc.gz", std::string("\x1f\x8b\x08\0", 4))),
+                testing::Says(messages::kIsGzip));
     const std::string hdf("\x89HDF\r\n\x1a\n");
     EXPECT_THAT(trouble(folder_.write("a.mat", "MATLAB 7.3" + std::string(502, ' ') + hdf)),
                 testing::Says(messages::kIsHdf5));

@@ -381,6 +381,8 @@ TEST_F(SeriesTest, ChannelsOfImageJAreChosen) {
     EXPECT_THAT(refused(), testing::Says(messages::kFramesInTime, 4));
     write_pages(4, "ImageJ=1.54f\nimages=4\nchannels=3\n");
     EXPECT_THAT(refused(), testing::Says(messages::kImagesContradict, 4, 3, 1, 1));
+    write_pages(6, "SCIFIO=0.37.3\naxes=X,Y,Channel,Z\nimages=6\nchannels=2\nslices=3\n");
+    EXPECT_THAT(slices(file_, "2"), ElementsAre(1, 3, 5));
     write_pages(5, "ImageJ=1.54f\nimages=4\nslices=4\n");
     EXPECT_THAT(refused(), testing::Says(messages::kPagesContradict, 4, 5));
 }
@@ -473,6 +475,8 @@ TEST_F(SeriesTest, FoldersOfStacksAreStacked) {
     EXPECT_THAT(slices(folder_.path() / "part*.tif"), ElementsAre(0, 1, 2, 10, 11));
     write_pages(6, R"({"shape": [2, 3, 1, 2]})");
     EXPECT_THAT(refused(), testing::Says(messages::kShapeOfMoreAxes, "2 x 3 x 1 x 2"));
+    write_pages(6, R"({"shape": [4, 1, 2]})");  // and another array behind it
+    EXPECT_THAT(refused(), testing::Says(messages::kPagesContradict, 4, 6));
     first_ = 0;
     write_pages(6, R"({"shape": [2, 3, 1, 2], "axes": "CZYX"})");
     EXPECT_THAT(slices(file_, "2"), ElementsAre(3, 4, 5));

@@ -187,8 +187,9 @@ TEST_F(VtkLegacyTest, SaysWhatIsWrong) {
     EXPECT_EQ(with(grid), messages::kNoField);
     EXPECT_EQ(with(grid + "POINT_DATA 3\nSCALARS a float\n1 2 3"),
               fmt::format(messages::kArrayCount, "a", 3, 2));
-    EXPECT_EQ(with(one + "1 2\nSCALARS b float\nLOOKUP_TABLE t\n1 2\n"),
-              std::string(messages::kSeveralFields) + "`a`, `b`" + messages::kSeveralFieldsHelp);
+    EXPECT_EQ(
+        with(one + "1 2\nSCALARS b float\nLOOKUP_TABLE t\n1 2\n"),
+        fmt::format(messages::kSeveralFields, "`a`, `b`") + "; " + messages::kSeveralFieldsChoose);
     EXPECT_EQ(
         with(grid + "POINT_DATA 2\nSCALARS a variant\n1 2"),
         fmt::format(messages::kAtLine, 7, fmt::format(messages::kUnknownNumberType, "variant")));

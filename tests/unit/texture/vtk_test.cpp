@@ -109,8 +109,8 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
     EXPECT_EQ(trouble(with("", &w)), messages::kNoField);
     const std::string two = "<PointData>" + w.array("a", "Float32", 1, field) +
                             w.array("b", "Float32", 1, field) + "</PointData>";
-    EXPECT_EQ(trouble(with(two, &w)),
-              std::string(messages::kSeveralFields) + "`a`, `b`" + messages::kSeveralFieldsHelp);
+    EXPECT_EQ(trouble(with(two, &w)), fmt::format(messages::kSeveralFields, "`a`, `b`") + "; " +
+                                          messages::kSeveralFieldsChoose);
     VolumeOptions options;
     options.field = "c";
     EXPECT_EQ(trouble(with(two, &w), options),

@@ -319,8 +319,9 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
     EXPECT_THAT(item(R"(Format="Binary" Seek="-1")"),
                 ::testing::StartsWith(start + fmt::format(texture::messages::kSeekNoNumber, "-1")));
     EXPECT_EQ(with(points + cells), messages::kNoField);
-    EXPECT_EQ(with(points + cells + field + attribute("b", "Node", w.item(kFloat32, "64", values))),
-              std::string(messages::kSeveralFields) + "`a`, `b`" + messages::kSeveralFieldsHelp);
+    EXPECT_EQ(
+        with(points + cells + field + attribute("b", "Node", w.item(kFloat32, "64", values))),
+        fmt::format(messages::kSeveralFields, "`a`, `b`") + "; " + messages::kSeveralFieldsChoose);
     EXPECT_EQ(with(points + cells +
                    attribute("a", "Node", w.item(kFloat32, "64", std::vector<float>(63)))),
               messages::kArrayCutShort);
