@@ -228,8 +228,11 @@ class Checker {
             int32_t fewer = parts - 1;
             while (fewer > 0 && takes_too_much(in_parts(**stopped, fewer)))
                 --fewer;
-            if (fewer == 0 || arguments_.parts > 0)
-                return takes_error(**stopped, way_out(**stopped, fewer));
+            if (fewer == 0 || arguments_.parts > 0) {
+                // Of the check that takes least, where the number of parts is ours to choose.
+                const Grid least = arguments_.parts > 0 ? **stopped : in_parts(**stopped, 1);
+                return takes_error(least, way_out(**stopped, fewer));
+            }
             parts = fewer;
         }
         auto reader = ofr::OfrReader::open(file.string(), memory_);
