@@ -21,6 +21,8 @@ constexpr unsigned kGraceSeconds = 1;
 // Signal handlers can only use globals.
 std::atomic<bool> interrupted{false};  // once set, it stays
 std::atomic<bool> keeps_slices{false};
+std::atomic<int> signal_number{0};
+std::atomic<int64_t> signal_sender{0};
 std::atomic<int> exit_code_at_once{0};
 std::atomic<const char*> text_at_once{""};
 std::array<std::atomic<int64_t>, 2> counts{};
@@ -54,8 +56,10 @@ void write_text() {
     [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, out.data(), size);
 }
 
-void on_signal(int signal) {
+void on_signal(int signal, siginfo_t* info, void*) {
     if (signal == SIGALRM && !keeps_slices.load()) return;  // it has ended in order
+    if (signal != SIGALRM && signal_number.exchange(signal) == 0)
+        signal_sender.store(info != nullptr && info->si_code <= 0 ? info->si_pid : 0);
     if (signal != SIGALRM && keeps_slices.load() && !interrupted.exchange(true)) {
         alarm(kGraceSeconds);
         return;
@@ -76,7 +80,8 @@ const std::atomic<bool>& install_interrupt(int exit_code, const char* text) {
     exit_code_at_once.store(exit_code);
     text_at_once.store(text);
     struct sigaction action {};
-    action.sa_handler = on_signal;
+    action.sa_sigaction = on_signal;
+    action.sa_flags = SA_SIGINFO;
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
@@ -89,6 +94,10 @@ const std::atomic<bool>& install_interrupt(int exit_code, const char* text) {
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);
     return interrupted;
+}
+
+StopSignal last_stop_signal() {
+    return {signal_number.load(), signal_sender.load()};
 }
 
 DeferredInterrupt::DeferredInterrupt() : text_before_(text_at_once.load()) {

@@ -13,6 +13,13 @@
 
 namespace openfab::program {
 
+/// The last signal that asked the process to end.
+struct StopSignal {
+    int number = 0;
+    int64_t sender = 0;  ///< a process; 0 where the kernel sent it, as for Ctrl-C
+};
+StopSignal last_stop_signal();
+
 /// Sets the handlers of SIGINT, SIGTERM and SIGALRM, ignores SIGPIPE and SIGXFSZ (a closed pipe and a
 /// file above the limit are then write errors with a message), and returns the flag that a signal sets
 /// while a DeferredInterrupt is alive. A signal at any other time ends the process with

@@ -52,11 +52,16 @@ bool has_mesh_pitch(const Options& options, const world::Printer& printer,
                                       options.mesh_pitch_mm || !printer.knows_pitch());
 }
 
+std::string printer_source(const Options& options, const world::World& world) {
+    const std::string& name = options.printer.empty() ? world.printer : options.printer;
+    return name.empty() ? "generic" : name;
+}
+
 Result<world::Printer> printer_of(const Options& options, const world::World& world,
                                   std::vector<std::string>* notes) {
-    std::string name = options.printer.empty() ? world.printer : options.printer;
-    const bool chosen = !name.empty() && (is_world(options.input) || !options.printer.empty());
-    if (name.empty()) name = "generic";
+    const std::string name = printer_source(options, world);
+    const bool named = !options.printer.empty() || !world.printer.empty();
+    const bool chosen = named && (is_world(options.input) || !options.printer.empty());
     Result<world::Printer> printer = world::load_printer(name);
     if (!printer) return printer;
     const Result<const backends::Format*> format = choose_format(options, *printer);
@@ -261,6 +266,10 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     job.input.title = valid_utf8(title_of(options.input));
     job.files = world->files;
     job.inputs = inputs_of(options, *world);
+    job.printer_source = printer_source(options, *world);
+    for (const auto& [mesh, shape] : world->shapes) {
+        if (shape.program != nullptr) job.programs.push_back(shape.program->command);
+    }
     return job;
 }
 

@@ -27,8 +27,10 @@ struct Job {
     std::shared_ptr<process::NozzleSource> nozzles;  ///< null: all are alive
     std::shared_ptr<const process::Bleed> bleed;     ///< null: none
     world::Tray tray = world::Tray::kAnywhere;
-    std::vector<std::string> notes;            ///< for the user: defaults that were chosen
-    std::vector<std::filesystem::path> files;  ///< files of the world
+    std::string printer_source;                      ///< the name or file of the printer
+    std::vector<std::vector<std::string>> programs;  ///< commands that the world names
+    std::vector<std::string> notes;                  ///< for the user: defaults that were chosen
+    std::vector<std::filesystem::path> files;        ///< files of the world
     /// These and all other files that no output may overwrite: sources of fablets, the printer's
     /// file, the program.
     std::vector<std::filesystem::path> inputs;

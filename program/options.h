@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "backends/job/option_words.h"
 #include "base/result.h"
 #include "base/vec.h"
 #include "program/grid_options.h"
@@ -51,7 +52,8 @@ struct Options : GridOptions, OutputOptions, RunOptions {
     std::string support;  ///< on, off or a material of the world; empty: as world and printer say
     std::string dither;   ///< empty: majority for meshes, else the pipeline's own
     uint64_t seed = 0;
-    bool help = false;  ///< show `text` and do nothing else
+    std::vector<job::OptionWords> words;  ///< as given, INPUT too; none where no command line was
+    bool help = false;                    ///< show `text` and do nothing else
     std::string text;
 };
 

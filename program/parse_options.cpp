@@ -344,6 +344,18 @@ bool has_output(const Options& o) {
            !o.extents_file.empty();
 }
 
+/// Returns all options that were given.
+std::vector<job::OptionWords> words_of(const CLI::App& app) {
+    std::vector<job::OptionWords> words;
+    for (const CLI::Option* option : app.get_options()) {
+        if (option->count() == 0) continue;
+        const bool is_flag = option->get_type_size() == 0;
+        words.push_back({option->get_name(option->get_positional()),
+                         is_flag ? std::vector<std::string>() : option->results()});
+    }
+    return words;
+}
+
 /// Whether the output may be grey pictures: those of a format, or a folder of a printer that takes
 /// them, which the world names.
 bool may_be_grey(const Options& o) {
@@ -370,6 +382,7 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
     } catch (const CLI::ParseError& error) {
         return command_line_error(app, error, program);
     }
+    options.words = words_of(app);
     if (Result<void> done = read_grid(raw, &options); !done) return done.error();
     if (Result<void> done = read_texts(raw, &options); !done) return done.error();
     if (Result<void> done = validate_options(options); !done) return done.error();

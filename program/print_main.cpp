@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "backends/job/recorded_sink.h"
 #include "backends/raster/fraction_file.h"
 #include "base/near_miss.h"
 #include "base/say.h"
@@ -24,6 +25,7 @@
 #include "program/outputs.h"
 #include "program/part_sizes.h"
 #include "program/prepare.h"
+#include "program/print_record.h"
 #include "program/probe.h"
 #include "program/process.h"
 #include "program/progress.h"
@@ -93,7 +95,7 @@ Result<void> check_grey(const Options& options, bool grey, const pipeline::Print
 Result<void> run(pipeline::PrintJob* print, const Options& options, const backends::Format* format,
                  const world::Printer& printer, const std::string& sizes,
                  const std::atomic<bool>& interrupt, const pipeline::SlabClock& clock,
-                 program::Progress& progress) {
+                 program::Progress& progress, job::Record* record) {
     DeferredInterrupt deferred;
     if (options.resume) deferred.say(messages::kInterruptedBeforeNewSlices);
     Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(options, printer, &interrupt);
@@ -102,6 +104,7 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
         if (const std::string text = format->note(print->info()); !text.empty())
             progress.note(text);
     }
+    if (record != nullptr) *sink = std::make_unique<job::RecordedSink>(std::move(*sink), record);
     pipeline::PrintStatistics statistics;
     bool any = false;
     const auto update = [&](const pipeline::ProgressEvent& event) {
@@ -117,8 +120,9 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
         }
         progress.update(event);
     };
-    Result<void> done =
-        run_watched(print, **sink, update, interrupt, clock, options, &progress, &statistics);
+    Result<void> done = run_watched(print, **sink, update, interrupt, clock, options, &progress,
+                                    &statistics, record);
+    if (!done && record != nullptr) record->stop(stop_reason(done.error()));
     progress.end();
     add_cost(printer, print->info(), &statistics);
     if (const std::string nothing = nothing_printed(statistics, sizes); !nothing.empty()) {
@@ -134,6 +138,12 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
         progress.warn(warning);
     if (progress.sums_up()) show_summary(statistics, print->info(), options);
     return written;
+}
+
+/// A print without its record is as good; who looks for one should know why there is none.
+void note_trouble(const job::Record* record, program::Progress* progress) {
+    if (record != nullptr && !record->trouble().empty())
+        progress->note(fmt::format(messages::kNoRecordOfPrint, record->trouble()));
 }
 
 }  // namespace
@@ -194,18 +204,21 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
         if (options.stats_file.empty()) return {};
         return write_estimate(options.stats_file, *estimate, info);
     }
+    const std::unique_ptr<job::Record> record = make_record(options, job, ready->format);
     const std::string sizes = part_sizes(job.input.parts, job.input.pitch_mm);
     job.input = {};
     Options of_codes = options;
     // Grey pictures have a print of their own.
     if (grey) of_codes.output.clear(), of_codes.format.clear();
     const Result<void> done = run(ready->print.get(), of_codes, ready->format, job.printer, sizes,
-                                  interrupt, clock, progress);
+                                  interrupt, clock, progress, grey ? nullptr : record.get());
+    note_trouble(record.get(), &progress);
     if (!done || hooks.fractions != &coarse) return done;
     ready->print.reset();  // and its memory
     if (grey) {
-        const Result<void> written =
-            write_grey(coarse, *ready->format, job.printer, options, fablets, interrupt, &progress);
+        const Result<void> written = write_grey(coarse, *ready->format, job.printer, options,
+                                                fablets, interrupt, &progress, record.get());
+        note_trouble(record.get(), &progress);
         return written ? written : add_resume_hint(written.error(), options, ready->format);
     }
     return write_supersampled(coarse, parts, options, fablets, interrupt, &progress);

@@ -13,6 +13,7 @@
 #include "base/clock.h"
 #include "base/units.h"
 #include "program/messages.h"
+#include "program/print_record.h"
 
 namespace openfab::program {
 
@@ -35,12 +36,13 @@ Error too_long_error(const SlabClock::Slab& slab, double limit, int32_t slices_b
 class Watch {
   public:
     Watch(const SlabClock& clock, std::optional<double> limit, const std::atomic<bool>& interrupt,
-          Progress* progress)
+          Progress* progress, job::Record* record)
         : clock_(clock),
           limit_(limit),
           patience_(limit),
           interrupt_(interrupt),
-          progress_(*progress) {
+          progress_(*progress),
+          record_(record) {
         thread_ = std::thread([this] { run(); });
     }
     ~Watch() {
@@ -69,7 +71,8 @@ class Watch {
     void run() {
         std::unique_lock lock(mutex_);
         while (!ended_.wait_for(lock, kLook, [&] { return ends_; })) {
-            if (interrupt_.load()) stop_.store(true);
+            if (interrupt_.load() && !stop_.exchange(true) && record_ != nullptr)
+                record_->stop(signal_reason());
             const std::optional<SlabClock::Slab> slab = clock_.oldest();
             if (!slab) continue;
             const double now = seconds_now();
@@ -79,6 +82,9 @@ class Watch {
                 too_long_ = slab;
                 over_seconds_ = now;
                 stop_.store(true);
+                if (record_ != nullptr) {
+                    record_->stop(stop_reason(too_long_error(*slab, *limit_, slices_done_.load())));
+                }
             }
             if (too_long_ && too_long_->first == slab->first &&
                 now - over_seconds_ > kGraceSeconds) {
@@ -95,6 +101,7 @@ class Watch {
     SlabPatience patience_;
     const std::atomic<bool>& interrupt_;
     Progress& progress_;
+    job::Record* record_;
     std::atomic<bool> stop_{false};
     std::atomic<int32_t> slices_done_{0};
     std::optional<SlabClock::Slab> too_long_;  ///< it and the next: guarded by the mutex
@@ -123,8 +130,8 @@ Result<void> run_watched(pipeline::PrintJob* print, pipeline::SliceSink& sink,
                          const std::function<void(const pipeline::ProgressEvent&)>& update,
                          const std::atomic<bool>& interrupt, const SlabClock& clock,
                          const Options& options, Progress* progress,
-                         pipeline::PrintStatistics* statistics) {
-    Watch watch(clock, options.slab_limit_seconds, interrupt, progress);
+                         pipeline::PrintStatistics* statistics, job::Record* record) {
+    Watch watch(clock, options.slab_limit_seconds, interrupt, progress, record);
     const auto told = [&](const pipeline::ProgressEvent& event) {
         watch.update(event.slices_done);
         update(event);

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 
+#include "backends/job/record.h"
 #include "program/options.h"
 #include "program/progress.h"
 #include "runtime/pipeline/print_job.h"
@@ -32,10 +33,11 @@ class SlabPatience {
 };
 
 /// Runs a print whose options have `clock`, as PrintJob::run does; fails with a user error after the limit.
+/// `record`, if there is one, is told at once that the print is to stop.
 Result<void> run_watched(pipeline::PrintJob* print, pipeline::SliceSink& sink,
                          const std::function<void(const pipeline::ProgressEvent&)>& update,
                          const std::atomic<bool>& interrupt, const pipeline::SlabClock& clock,
                          const Options& options, Progress* progress,
-                         pipeline::PrintStatistics* statistics);
+                         pipeline::PrintStatistics* statistics, job::Record* record = nullptr);
 
 }  // namespace openfab::program

@@ -19,6 +19,7 @@
 #include "program/messages.h"
 #include "program/outputs.h"
 #include "program/prepare.h"
+#include "program/print_record.h"
 #include "program/slab_watch.h"
 
 namespace openfab::program {
@@ -101,7 +102,7 @@ Result<void> print_means(const CoarsePrint& coarse, const pipeline::PrintInfo& i
                          const Vec3i& parts, const Options& options,
                          const openfab_fablet_list& fablets, const std::atomic<bool>& interrupt,
                          pipeline::FractionSink* to, std::function<Result<void>(int32_t z)> layer,
-                         Progress* progress) {
+                         Progress* progress, job::Record* record) {
     PrintHooks hooks{.interrupt = interrupt};
     hooks.window_mm = box_of_slices(info);
     hooks.sink_bytes_per_fraction = bytes_of_means(options, parts);
@@ -117,7 +118,7 @@ Result<void> print_means(const CoarsePrint& coarse, const pipeline::PrintInfo& i
     Result<void> done = run_watched(
         ready->print.get(), slices,
         [&](const pipeline::ProgressEvent& event) { progress->update(event); }, interrupt, clock,
-        options, progress, &statistics);
+        options, progress, &statistics, record);
     progress->end();
     pipeline::PrintTotals totals = coarse.totals();
     totals.complete = totals.complete && average.complete();
@@ -132,7 +133,7 @@ Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,
                                 const std::atomic<bool>& interrupt, Progress* progress) {
     raster::FractionFile file(options.fractions_file);
     return print_means(coarse, info_of_means(coarse, parts), parts, options, fablets, interrupt,
-                       &file, {}, progress);
+                       &file, {}, progress, nullptr);
 }
 
 Vec3i grey_parts(const Options& options) {
@@ -144,7 +145,7 @@ Vec3i grey_parts(const Options& options) {
 Result<void> write_grey(const CoarsePrint& coarse, const backends::Format& format,
                         const world::Printer& printer, const Options& options,
                         const openfab_fablet_list& fablets, const std::atomic<bool>& interrupt,
-                        Progress* progress) {
+                        Progress* progress, job::Record* record) {
     Options alone = options;
     alone.previews.clear();
     Result<std::unique_ptr<pipeline::SliceSink>> folder = open_output(alone, printer, &interrupt);
@@ -155,11 +156,20 @@ Result<void> write_grey(const CoarsePrint& coarse, const backends::Format& forma
     pipeline::PrintInfo info = info_of_means(coarse, parts);
     const Result<int32_t> kept = stack.open(info, coarse.materials());
     if (!kept) return kept.error();
+    if (record != nullptr) record->start(info, *kept);
     info.slice_begin += *kept;
-    if (info.slice_begin == info.slice_end) return stack.finish(coarse.totals());
-    return print_means(
-        coarse, info, parts, options, fablets, interrupt, &stack,
-        [&](int32_t z) { return stack.passed(z); }, progress);
+    const auto pass = [&](int32_t z) {
+        const Result<void> passed = stack.passed(z);
+        if (passed && record != nullptr) record->add(1);
+        return passed;
+    };
+    const Result<void> done = info.slice_begin == info.slice_end
+                                  ? stack.finish(coarse.totals())
+                                  : print_means(coarse, info, parts, options, fablets, interrupt,
+                                                &stack, pass, progress, record);
+    if (record != nullptr && done) record->complete(coarse.totals().hash);
+    if (record != nullptr && !done) record->stop(stop_reason(done.error()));
+    return done;
 }
 
 }  // namespace openfab::program

@@ -11,6 +11,7 @@
 
 #include "abi/fablet_table.h"
 #include "backends/common/format.h"
+#include "backends/job/record.h"
 #include "program/options.h"
 #include "program/progress.h"
 #include "runtime/pipeline/fraction_sink.h"
@@ -65,11 +66,12 @@ int64_t bytes_of_means(const Options& options, const Vec3i& parts);
 /// Returns how many parts along each axis the grey pictures are the means of.
 Vec3i grey_parts(const Options& options);
 
-/// Writes the grey pictures of `options.output`, in the format `format`, as write_supersampled does an array.
+/// Writes the grey pictures of `options.output`, in the format `format`, as write_supersampled does an array; `record`, which may
+/// be null, tells the story.
 Result<void> write_grey(const CoarsePrint& coarse, const backends::Format& format,
                         const world::Printer& printer, const Options& options,
                         const openfab_fablet_list& fablets, const std::atomic<bool>& interrupt,
-                        Progress* progress);
+                        Progress* progress, job::Record* record);
 
 /// Writes `options.fractions_file`, as the print `coarse`, with the same options, has left it to do.
 Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,

@@ -216,4 +216,12 @@ Result<Printer> load_printer(const std::string& name_or_path) {
     return parse_printer(*text, name_or_path);
 }
 
+Result<std::string> printer_text(const std::string& name_or_path) {
+    const std::string file = name_or_path + std::string(kSuffix);
+    for (const EmbeddedText& profile : kPrinterProfiles) {
+        if (profile.name == file) return std::string(profile.text);
+    }
+    return read_text_file(name_or_path, kLargestPrinter);
+}
+
 }  // namespace openfab::world

@@ -12,6 +12,9 @@
 
 namespace openfab::world {
 
+/// Returns the text of a profile, by its name or path, as load_printer reads it.
+Result<std::string> printer_text(const std::string& name_or_path);
+
 /// Returns a table with one line for each printer.
 std::string printer_table(const std::vector<Printer>& printers);
 

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backends/common/output_lock.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -61,6 +63,14 @@ Result<void> lock_output(int fd, const std::string& name) {
             fmt::format(messages::kBeingWritten, name, describe(holder_of(status))));
     }
     return {};
+}
+
+bool is_locked(const std::string& path) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0) return false;
+    const bool locked = ::flock(fd, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    ::close(fd);
+    return locked;
 }
 
 }  // namespace openfab::backends

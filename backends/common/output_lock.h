@@ -16,4 +16,7 @@ namespace openfab::backends {
 /// systems without locks.
 Result<void> lock_output(int fd, const std::string& name);
 
+/// Returns whether a process has this lock of a file or folder.
+bool is_locked(const std::string& path);
+
 }  // namespace openfab::backends

@@ -80,13 +80,13 @@ Result<void> Package::checked(int status, const char* what) {
     return internal_error(fmt::format(messages::kPackageFailed, what, status));
 }
 
-Result<void> Package::open(const std::string& name, bool packed, bool large) {
+Result<void> Package::open(const std::string& name, bool packed, bool large, bool deflated) {
     zip_fileinfo info{};
     info.dosDate = kNoTime;
-    return checked(
-        zipOpenNewFileInZip2_64(zip_, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr,
-                                Z_DEFLATED, Z_DEFAULT_COMPRESSION, packed ? 1 : 0, large ? 1 : 0),
-        messages::kAddingTo);
+    return checked(zipOpenNewFileInZip2_64(zip_, name.c_str(), &info, nullptr, 0, nullptr, 0,
+                                           nullptr, deflated ? Z_DEFLATED : 0,
+                                           Z_DEFAULT_COMPRESSION, packed ? 1 : 0, large ? 1 : 0),
+                   messages::kAddingTo);
 }
 
 Result<void> Package::add(const std::string& name, std::string_view text) {
@@ -96,6 +96,16 @@ Result<void> Package::add(const std::string& name, std::string_view text) {
                        messages::kWritingTo);
     }
     return done ? checked(zipCloseFileInZip(zip_), messages::kAddingTo) : done;
+}
+
+Result<void> Package::begin(const std::string& name, int64_t bytes) {
+    // Readers refuse large entries that unpack to many times their size, as an empty volume does.
+    constexpr int64_t kMostDeflated = 16 << 20;
+    return open(name, false, bytes >= kLarge, bytes <= kMostDeflated);
+}
+
+Result<void> Package::end() {
+    return checked(zipCloseFileInZip(zip_), messages::kAddingTo);
 }
 
 Result<void> Package::begin_packed(const std::string& name, int64_t most_bytes) {

@@ -26,6 +26,10 @@ class Package {
     Package(const Package&) = delete;
 
     Result<void> add(const std::string& name, std::string_view text);
+    /// Begins an entry of so many bytes, which `write` adds and `end` ends: deflated, unless it is large.
+    Result<void> begin(const std::string& name, int64_t bytes);
+    Result<void> write(std::span<const uint8_t> bytes) { return write_packed(bytes); }
+    Result<void> end();
     /// Begins an entry that is already deflated, of at most `most_bytes` before and after.
     Result<void> begin_packed(const std::string& name, int64_t most_bytes);
     Result<void> write_packed(std::span<const uint8_t> bytes);
@@ -44,7 +48,7 @@ class Package {
 
     Package() = default;
     Result<void> checked(int status, const char* what);
-    Result<void> open(const std::string& name, bool packed, bool large);
+    Result<void> open(const std::string& name, bool packed, bool large, bool deflated = true);
 
     std::unique_ptr<Stream> stream_ = std::make_unique<Stream>();
     void* zip_ = nullptr;

@@ -15,6 +15,7 @@ constexpr Elsewhere kElsewhere[] = {
     {"new", "makes a folder, of no world"},
     {"verify", "reads a print's file, whatever made it"},
     {"printers", "lists printers"},
+    {"archive", "keeps what a print was made from: archive_test prints each kind of input again"},
     {"cache", "lists and purges what is kept"},
     {"property", "makes a module of a table"},
     {"compensate", "makes a field of measurements, which the columns of fields apply"},

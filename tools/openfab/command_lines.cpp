@@ -213,6 +213,30 @@ void add_merge(CLI::App& app, Action* action) {
     command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
 }
 
+void add_archive(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "archive", "keep all that a print was made from in one file, and print it again elsewhere");
+    auto a = std::make_shared<ArchiveArguments>();
+    command->add_option("PRINT", a->file, "an .ofr file or folder of slices; or an archive")
+        ->required();
+    command->add_option("-o,--output", a->output, "the archive, a .zip; with --reprint the print")
+        ->required()
+        ->type_name("OUT");
+    command->add_option("--attach", a->attached, "a report to keep with it (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("FILE");
+    command->add_option("--operator", a->person, "who is named on the page that is signed")
+        ->type_name("NAME");
+    command->add_flag("--reprint", a->reprint,
+                      "print again, and say whether all voxels are the same");
+    command->add_flag(kProgramsWord, a->programs, "of a reprint: run the programs of its world");
+    command->add_option("--threads", a->threads, "of a reprint (default: all cores)")
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_archive(*a); }; });
+}
+
 void add_cache(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "cache", "list, bound or purge what is kept between prints, converted scans among it");
@@ -459,6 +483,7 @@ void add_commands(CLI::App& app, Action* action) {
     add_export(app, action);
     add_merge(app, action);
     add_printers(app, action);
+    add_archive(app, action);
     add_cache(app, action);
     add_property(app, action);
     add_split(app, action);

@@ -53,6 +53,13 @@ struct ReceiveArguments {
     int32_t buffer = 20;
 };
 
+struct ArchiveArguments {
+    std::string file, output, memory, person;
+    std::vector<std::string> attached;
+    bool reprint = false, programs = false;
+    int32_t threads = 0;  ///< of the reprint; 0: as many as prints take
+};
+
 struct CacheArguments {
     std::string limit, purge;
     bool files = false;  ///< lists each
@@ -77,6 +84,10 @@ Result<void> verify(const std::string& file, const std::string& memory);
 Result<void> run_export(ExportOptions options);
 /// `merge`: writes the parts of one print, .ofr files made with `--slices`, as one.
 Result<void> run_merge(MergeOptions options);
+/// `archive`: keeps all that a print was made from in a package, or makes it again from one.
+Result<void> run_archive(const ArchiveArguments& arguments);
+/// Returns the hash of a complete print, a file or a folder, as it says itself.
+Result<std::string> hash_of_print(const std::string& output);
 /// `cache`: lists what is kept between prints, or removes of it.
 Result<void> run_cache(const CacheArguments& arguments);
 /// Returns what it can purge.

@@ -6,10 +6,12 @@
 #include <fmt/format.h>
 #include <rapidjson/document.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
 
+#include "backends/job/record.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/slice_digests.h"
 #include "backends/raster/slice_files.h"
@@ -72,6 +74,17 @@ Result<std::string> describe_unfinished(ofr::OfrReader* reader) {
     return fmt::format(messages::kSlicesWhole, whole, planned);
 }
 
+/// Shows what the record beside a print tells of its making.
+void show_story(const fs::path& output, std::optional<uint64_t> hash, size_t width) {
+    const std::optional<JsonValue> record = job::record_of(output, hash);
+    if (!record) return;
+    const char* label = "story";
+    for (const std::string& line : job::story_lines(*record, output)) {
+        show(fmt::format("{:<{}}{}\n", label, width, printable(line)));
+        label = "";
+    }
+}
+
 Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, memory_bytes);
     if (!reader) return reader.error();
@@ -98,6 +111,7 @@ Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
         show("\n");
     }
     if (totals) show(fmt::format("hash       {:016x}\n", totals->hash));
+    show_story(file, totals ? std::optional(totals->hash) : std::nullopt, 11);
     return {};
 }
 
@@ -142,6 +156,13 @@ int64_t count_slice_files(const fs::path& folder) {
     return files;
 }
 
+/// Returns the hash of the print that a manifest says to be complete.
+std::optional<uint64_t> hash_of(const rapidjson::Document& manifest) {
+    const auto found = manifest.FindMember("hash");
+    if (found == manifest.MemberEnd() || !found->value.IsString()) return {};
+    return std::strtoull(found->value.GetString(), nullptr, 16);
+}
+
 Result<void> info_of_folder(const fs::path& folder) {
     const fs::path file = folder / "manifest.json";
     const std::optional<std::string> text = read_manifest(file);
@@ -157,6 +178,7 @@ Result<void> info_of_folder(const fs::path& folder) {
         for (const char* name : {"title", "printer", "slices_planned", "pixels", "dpi", "layer_um"})
             show(fmt::format("{:<16} {}\n", name, printable(text_of(manifest, name))));
         show(fmt::format(messages::kFolderIncomplete, count_slice_files(folder)));
+        show_story(folder, {}, 17);
         return {};
     }
     const FolderFiles files = look_for_files(folder, manifest);
@@ -173,6 +195,7 @@ Result<void> info_of_folder(const fs::path& folder) {
         if (of_parts && !manifest.HasMember(name)) continue;
         show(fmt::format("{:<16} {}\n", name, printable(text_of(manifest, name))));
     }
+    show_story(folder, hash_of(manifest), 17);
     const auto materials = manifest.FindMember("materials");
     if (materials == manifest.MemberEnd() || !materials->value.IsArray()) return {};
     for (const rapidjson::Value& material : materials->value.GetArray()) {

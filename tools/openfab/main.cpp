@@ -30,6 +30,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
   openfab merge low.ofr high.ofr -o card.ofr   parts made with `--slices`
   openfab printers j850                        what a printer takes, with sources
+  openfab archive card.ofr -o card.zip         what it was made from, to print it again
   openfab cache --files                        what is kept between prints
   openfab property modulus.json -o modulus.fl  measured mixtures as a module
   openfab split bear.fab.json --fit j750 -o pieces.fab.json

@@ -20,11 +20,13 @@
 #include <vector>
 
 #include "abi/kernel_call.h"
+#include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/system_reason.h"
 #include "program/options.h"
 #include "program/output_check.h"
+#include "program/print_record.h"
 #include "texture/cache.h"
 #include "tools/openfab/check.h"
 #include "tools/openfab/commands.h"
@@ -45,6 +47,7 @@ struct CompileOptions {
     bool check = false;
     std::string check_picture;
     std::vector<std::string> words;  ///< of the compilation, as given
+    std::string record;              ///< these as JSON, and whether the check was made
 };
 
 /// Removes those options from the arguments.
@@ -101,6 +104,12 @@ Result<CompileOptions> take_compile_options(std::vector<std::string>* arguments)
             return usage_error(fmt::format(messages::kOptionNeeds, option->name, option->needs));
         }
     }
+    JsonText record;
+    record.begin_array();
+    for (size_t i = 0; i + 1 < taken.words.size(); i += 2)
+        record.begin_array().value(taken.words[i]).value(taken.words[i + 1]).end_array();
+    if (taken.check) record.begin_array().value("--check").end_array();
+    taken.record = record.end_array().take();
     *arguments = std::move(others);
     return taken;
 }
@@ -183,7 +192,8 @@ Result<void> check_print(const program::Options& options, const CompileOptions& 
 }
 
 /// Replaces this process by the print binary; returns only on failure.
-Error exec_print_binary(const PrintBinary& program, const std::vector<std::string>& arguments) {
+Error exec_print_binary(const PrintBinary& program, const CompileOptions& compilation,
+                        const std::vector<std::string>& arguments) {
     const std::string name = program.path.empty() ? "openfab print" : program.path.string();
     std::vector<char*> argv{const_cast<char*>(name.c_str())};
     for (const std::string& argument : arguments)
@@ -193,6 +203,8 @@ Error exec_print_binary(const PrintBinary& program, const std::vector<std::strin
     if (Result<std::filesystem::path> folder = program_folder(); folder) {
         ::setenv("OPENFAB_HELPER", (*folder / "openfab").c_str(), 0);
     }
+    // The record of the print tells how it was compiled, too.
+    ::setenv(program::kCompilationVariable, compilation.record.c_str(), 1);
     if (program.path.empty()) {
         ::fexecve(program.file.descriptor(), argv.data(), environ);
     } else {
@@ -238,7 +250,7 @@ Result<void> print_world(std::vector<std::string> arguments) {
         find_or_build_print_binary(wanted, options->progress == program::ProgressMode::kNone);
     if (!program) return program.error();
     sources->folder.reset();  // exec runs no destructors
-    return exec_print_binary(*program, arguments);
+    return exec_print_binary(*program, *compilation, arguments);
 }
 
 }  // namespace

@@ -153,39 +153,6 @@ Result<uint64_t> program_hash(const PrintProgram& wanted, const fs::path& progra
     return hash.value();
 }
 
-/// The status with which the system's loader ends a program whose libraries it cannot load.
-constexpr int kNotLoaded = 127;
-
-/// Runs a program to its end with our stderr and stdout on stderr; returns its exit status, or an
-/// error if it cannot start.
-Result<int> run_program(const std::vector<std::string>& arguments) {
-    ProgramStart start;
-    start.argv = arguments;
-    start.out = STDERR_FILENO;
-    pid_t child = 0;
-    const int failed = start_program(start, &child);
-    if (failed != 0) {
-        return outside_error(
-            fmt::format(messages::kCannotStartProgram, arguments[0], system_reason(failed)));
-    }
-    int status = 0;
-    if (!RunningProgram(child).wait(&status))
-        return outside_error(
-            fmt::format(messages::kCannotWaitForProgramWhy, arguments[0], system_reason(errno)));
-    if (WIFEXITED(status) && WEXITSTATUS(status) == kNotLoaded) {
-        return outside_error(
-            fmt::format(messages::kLibrariesNotLoaded, fs::path(arguments[0]).filename().string()));
-    }
-    if (WIFEXITED(status)) return WEXITSTATUS(status);
-    if (WTERMSIG(status) == SIGINT) return exit_code(ErrorCode::kInterrupted);
-    const int signal = WTERMSIG(status);
-    const std::string ended = fmt::format(messages::kEndedBySignal, arguments[0], signal);
-    // Others come from outside, as where memory is short.
-    const bool crashed = signal == SIGSEGV || signal == SIGBUS || signal == SIGFPE ||
-                         signal == SIGILL || signal == SIGABRT;
-    return crashed ? internal_error(ended) : outside_error(ended);
-}
-
 ErrorCode code_of_exit(int status, const PrintProgram& wanted) {
     for (const ErrorCode code :
          {ErrorCode::kUserInput, ErrorCode::kUsage, ErrorCode::kOutside, ErrorCode::kInterrupted}) {
@@ -278,7 +245,38 @@ Result<void> compile(const fs::path& compiler, const PrintProgram& wanted,
     return seal(program);
 }
 
+/// The status with which the system's loader ends a program whose libraries it cannot load.
+constexpr int kNotLoaded = 127;
+
 }  // namespace
+
+Result<int> run_program(const std::vector<std::string>& arguments) {
+    ProgramStart start;
+    start.argv = arguments;
+    start.out = STDERR_FILENO;
+    pid_t child = 0;
+    const int failed = start_program(start, &child);
+    if (failed != 0) {
+        return outside_error(
+            fmt::format(messages::kCannotStartProgram, arguments[0], system_reason(failed)));
+    }
+    int status = 0;
+    if (!RunningProgram(child).wait(&status))
+        return outside_error(
+            fmt::format(messages::kCannotWaitForProgramWhy, arguments[0], system_reason(errno)));
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kNotLoaded) {
+        return outside_error(
+            fmt::format(messages::kLibrariesNotLoaded, fs::path(arguments[0]).filename().string()));
+    }
+    if (WIFEXITED(status)) return WEXITSTATUS(status);
+    if (WTERMSIG(status) == SIGINT) return exit_code(ErrorCode::kInterrupted);
+    const int signal = WTERMSIG(status);
+    const std::string ended = fmt::format(messages::kEndedBySignal, arguments[0], signal);
+    // Others come from outside, as where memory is short.
+    const bool crashed = signal == SIGSEGV || signal == SIGBUS || signal == SIGFPE ||
+                         signal == SIGILL || signal == SIGABRT;
+    return crashed ? internal_error(ended) : outside_error(ended);
+}
 
 Result<fs::path> program_folder() {
     std::error_code status;

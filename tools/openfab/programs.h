@@ -41,6 +41,10 @@ struct PrintBinary {
     std::filesystem::path path;  ///< in the cache; empty where it was already deleted
 };
 
+/// Runs a program to its end with our stderr, and stdout on stderr; returns its exit status, or an
+/// error if it cannot start or is ended by a signal.
+Result<int> run_program(const std::vector<std::string>& arguments);
+
 /// Returns the print binary, compiled unless the cache has it. Its name there is a hash of all its
 /// inputs: the sources and modules beside them, the set, schedules and the files beside them, the
 /// standard library, openflc, and the libraries it links; it ends in a hash of itself, so that a

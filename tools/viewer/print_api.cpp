@@ -9,7 +9,9 @@
 #include <limits>
 #include <numeric>
 
+#include "backends/job/record.h"
 #include "backends/ofr/format.h"
+#include "base/text.h"
 #include "tools/viewer/difference.h"
 #include "tools/viewer/messages.h"
 #include "tools/viewer/opening.h"
@@ -40,6 +42,19 @@ void vector_member(JsonText* out, const char* name, const Vec3i& v) {
     out->key(name).begin_array().value(v.x).value(v.y).value(v.z).end_array();
 }
 
+/// What the record beside the print tells of its making, the last event last.
+void describe_story(const PrintFile& file, const std::optional<pipeline::PrintTotals>& totals,
+                    JsonText* out) {
+    const std::optional<JsonValue> record =
+        job::record_of(file.path(), totals ? std::optional(totals->hash) : std::nullopt);
+    out->key("story").begin_array();
+    if (record) {
+        for (const std::string& line : job::story_lines(*record, file.path()))
+            out->value(printable(line));
+    }
+    out->end_array();
+}
+
 void describe_print(ViewedPrint& print, JsonText* out) {
     const pipeline::PrintInfo& info = print.file().info();
     const std::optional<pipeline::PrintTotals> totals = print.file().totals();
@@ -56,6 +71,7 @@ void describe_print(ViewedPrint& print, JsonText* out) {
     } else {
         out->null();
     }
+    describe_story(print.file(), totals, out);
     out->key("materials").begin_array();
     for (size_t m = 0; m < info.materials.size(); ++m) {
         const pipeline::SliceMaterial& material = info.materials[m];

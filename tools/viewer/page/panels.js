@@ -66,6 +66,7 @@ export class Panels {
             rows.push(["Hash", print.hash]);
         }
         for (const [name, value] of print.provenance) if (value.length <= 40) rows.push([name === "version of openfab" ? "OpenFab" : name, value]);
+        if (print.story?.length) rows.push(["Story", print.story.join("\n")]);
         describe(byId("stats"), rows);
     }
 
