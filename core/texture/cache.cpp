@@ -312,8 +312,9 @@ Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options)
         at += static_cast<int64_t>(*got);
     }
     // Counts changes of what pictures are decoded to; 1: by the profiles that they carry; 2: with alpha on
-    // white; 3: by all that their files say of colours; 4: OpenEXR by its display window.
-    constexpr int kDecoding = 4;
+    // white; 3: by all that their files say of colours; 4: OpenEXR by its display window; 5: inks by their
+    // profile, and Adobe RGB by EXIF.
+    constexpr int kDecoding = 5;
     const int channels = options.luminance ? 1 : options.opaque ? 2 : 0;
     const std::string suffix =
         fmt::format("|{}|{}|{}|{}", options.space, channels, kFileVersion, kDecoding);

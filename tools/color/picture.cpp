@@ -12,6 +12,7 @@
 #include "tools/color/messages.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/icc_context.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/orientation.h"
 #include "tools/texture/still_image.h"
 
@@ -84,7 +85,10 @@ Result<Picture> Picture::read(const std::filesystem::path& file) {
         out.name_ = file.string();
         out.width_ = turned.swap ? spec.height : spec.width;
         out.height_ = turned.swap ? spec.width : spec.height;
-        out.input_white_ = white_of_input((*image)->color().profile);
+        const tools::FileColor color = (*image)->color();
+        if (color.note != nullptr)
+            out.note_ = fmt::format(tools::messages::kNoteOnColors, file.string(), color.note);
+        out.input_white_ = white_of_input(color.profile);
         out.by_camera_ = spec.find_attribute("ExposureTime") != nullptr ||
                          spec.find_attribute("FNumber") != nullptr;
         if (Result<void> read = decode(image->get(), turned, &out.pixels_); !read)

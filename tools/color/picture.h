@@ -34,10 +34,13 @@ class Picture {
     /// Whether the file says how long it was exposed: then how bright white is, is arbitrary.
     bool by_camera() const { return by_camera_; }
 
+    /// What is not known of its colours; empty where all is.
+    const std::string& note() const { return note_; }
+
   private:
     Picture() = default;
 
-    std::string name_;
+    std::string name_, note_;
     int width_ = 0, height_ = 0;
     std::vector<Rgb> pixels_;
     std::optional<Xyz> input_white_;

@@ -59,7 +59,7 @@ class StackReader final : public VolumeReader {
         if (!image_->left_out().empty())
             tell(fmt::format(messages::kChannelsLeftOut, files_[0].filename().string(),
                              fmt::join(image_->left_out(), ", ")));
-        channels = options_.luminance ? 1 : spec_.nchannels;
+        channels = options_.luminance ? 1 : image_->color().inks ? 3 : spec_.nchannels;
         // Slices are mostly measurements; only colour images count as pictures.
         const bool colour = spec_.format.basetype == OIIO::TypeDesc::UINT8 && spec_.nchannels >= 3;
         if (options_.space == "auto") options_.space = colour ? "srgb" : "linear";

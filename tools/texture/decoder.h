@@ -41,6 +41,13 @@ class Decoder {
         const bool bare = color.bare_alpha || (options.opaque && alpha == Alpha::kCoverage);
         if (bare) has_alpha_ = false;
         channels_out_ = options.luminance ? 1 : bare ? colors_ : channels_in_;
+        inks_ = color.inks;
+        if (inks_) {
+            colors_ = 3;
+            has_alpha_ = false;
+            to_luminance_ = options.luminance;
+            channels_out_ = options.luminance ? 1 : 3;
+        }
         const bool eight_bit = spec.format.basetype == OIIO::TypeDesc::UINT8;
         if (options.space == "srgb") space_ = srgb();
         if (options.space == "auto") take(color);
@@ -72,6 +79,11 @@ class Decoder {
             for (int32_t c = 0; c < colors_; ++c)
                 encoded[c] = std::min(encoded[c] / alpha, 1.0f);
         }
+        // Without a profile, ideal inks.
+        if (inks_ && !profile_) {
+            for (size_t c = 0; c < 3; ++c)
+                encoded[c] = (1 - encoded[c]) * (1 - encoded[3]);
+        }
         v = encoded;
         if (lab_) {
             lab_->decode(encoded.data(), v.data());
@@ -101,7 +113,8 @@ class Decoder {
     void take(const FileColor& color) {
         space_ = color.space;
         if (!color.profile.empty() && (colors_ == 1 || colors_ == 3)) {
-            EmbeddedProfile::Found found = EmbeddedProfile::find(color.profile, colors_);
+            EmbeddedProfile::Found found =
+                EmbeddedProfile::find(color.profile, color.inks ? 4 : colors_);
             if (found.is_srgb) space_ = srgb();
             profile_ = std::move(found.other);
         }
@@ -140,6 +153,7 @@ class Decoder {
     int32_t colors_ = 0;
     RgbSpace space_;
     std::optional<LabDecoder> lab_;
+    bool inks_ = false;
     bool has_alpha_ = false;
     bool is_data_ = false;
     bool premultiplied_ = false;  ///< colours with alpha, in the file

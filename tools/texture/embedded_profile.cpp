@@ -32,18 +32,21 @@ EmbeddedProfile::Found EmbeddedProfile::find(std::span<const uint8_t> bytes, int
     out->grey_picture_ = colors == 1;
     out->grey_profile_ = cmsGetColorSpace(profile.get()) == cmsSigGrayData;
     // A grey picture often keeps the profile of the colours that it was made of.
-    if (!(out->grey_picture_ && out->grey_profile_) &&
-        cmsGetColorSpace(profile.get()) != cmsSigRgbData)
+    out->inks_ = colors == 4;
+    const cmsColorSpaceSignature wanted = out->inks_ ? cmsSigCmykData : cmsSigRgbData;
+    if (!(out->grey_picture_ && out->grey_profile_) && cmsGetColorSpace(profile.get()) != wanted)
         return {};
     const cmsContext context = out->context_.get();
     const CmsProfile linear = linear_srgb(context);
     if (linear == nullptr) return {};
-    const cmsUInt32Number in = out->grey_profile_ ? TYPE_GRAY_FLT : TYPE_RGB_FLT;
+    const cmsUInt32Number in = out->inks_           ? TYPE_CMYK_FLT
+                               : out->grey_profile_ ? TYPE_GRAY_FLT
+                                                    : TYPE_RGB_FLT;
     out->transform_.reset(cmsCreateTransformTHR(context, profile.get(), in, linear.get(),
                                                 TYPE_RGB_FLT, INTENT_RELATIVE_COLORIMETRIC,
                                                 cmsFLAGS_NOOPTIMIZE | cmsFLAGS_NOCACHE));
     if (out->transform_ == nullptr) return {};
-    if (out->is_srgb()) return {true, nullptr};
+    if (!out->inks_ && out->is_srgb()) return {true, nullptr};
     return {false, std::move(out)};
 }
 
@@ -73,7 +76,12 @@ bool EmbeddedProfile::is_srgb() const {
 
 std::array<float, 3> EmbeddedProfile::look_up(const float* in) const {
     std::array<float, 3> out{};
-    if (grey_picture_ && !grey_profile_) {
+    if (inks_) {
+        constexpr float kPercent = 100;
+        const std::array<float, 4> percent = {in[0] * kPercent, in[1] * kPercent, in[2] * kPercent,
+                                              in[3] * kPercent};
+        cmsDoTransform(transform_.get(), percent.data(), out.data(), 1);
+    } else if (grey_picture_ && !grey_profile_) {
         const std::array<float, 3> equal = {in[0], in[0], in[0]};
         cmsDoTransform(transform_.get(), equal.data(), out.data(), 1);
     } else {

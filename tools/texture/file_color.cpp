@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include "tools/texture/exif.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/png_color.h"
 
 namespace openfab::tools {
@@ -22,6 +24,23 @@ std::vector<uint8_t> profile_of(const OIIO::ImageSpec& spec) {
     return {bytes, bytes + icc->datasize()};
 }
 
+/// Heeds what a camera's file without a profile says of its colours.
+void heed_exif(const InputFile& file, std::string_view format, FileColor* color) {
+    // Primaries and curve of Adobe RGB (1998).
+    constexpr Chromaticities kAdobe = {0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.3290};
+    constexpr double kExponent = 563.0 / 256;
+    switch (exif_colors(file, format)) {
+        case ExifColors::kUnsaid:
+            return;
+        case ExifColors::kAdobeRgb:
+            color->space = RgbSpace::make(kAdobe, Curve::kPower, kExponent).value_or(color->space);
+            return;
+        case ExifColors::kUncalibrated:
+            color->note = messages::kUncalibrated;
+            return;
+    }
+}
+
 FileColor color_of_png(const InputFile& file, const OIIO::ImageSpec& spec) {
     const PngColor says = read_png_color(file);
     if (says.code_points) {
@@ -33,7 +52,12 @@ FileColor color_of_png(const InputFile& file, const OIIO::ImageSpec& spec) {
         if (std::vector<uint8_t> profile = profile_of(spec); !profile.empty())
             return {Lab::kNone, usual, std::move(profile)};
     }
-    if (says.is_srgb || (!says.gamma && !says.corners)) return {Lab::kNone, usual, {}};
+    if (says.is_srgb) return {Lab::kNone, usual, {}};
+    if (!says.gamma && !says.corners) {
+        FileColor color{Lab::kNone, usual, {}};
+        heed_exif(file, "png", &color);
+        return color;
+    }
     const Chromaticities corners = says.corners.value_or(kSrgbChromaticities);
     const std::optional<RgbSpace> space =
         says.gamma ? RgbSpace::make(corners, Curve::kPower, 1 / *says.gamma)
@@ -98,6 +122,9 @@ FileColor color_of(const InputFile& file, std::string_view format, const OIIO::I
     if (format == "openexr") {
         if (const std::optional<RgbSpace> space = space_of_exr(spec)) out.space = *space;
     }
+    const bool camera = format == "jpeg" || format == "tiff";
+    if (camera && eight_bit && out.profile.empty() && out.lab == Lab::kNone && spec.nchannels >= 3)
+        heed_exif(file, format, &out);
     return out;
 }
 

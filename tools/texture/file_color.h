@@ -23,13 +23,15 @@ struct FileColor {
     Lab lab = Lab::kNone;          ///< then nothing else counts
     RgbSpace space;                ///< where there is no profile, or none that can be read
     std::vector<uint8_t> profile;  ///< ICC; may be damaged, or of another kind of colour
+    bool inks = false;             ///< cyan, magenta, yellow and black, 1 for all of it
+    const char* note = nullptr;    ///< what is not known of the colours, a message
     bool bare_alpha = false;       ///< a last channel of 4 is left out
     bool straight_alpha = false;   ///< colours are not multiplied by it, whatever OpenImageIO says
 };
 
 /// Of a PNG, in this order: cICP, iCCP, sRGB, gAMA and cHRM (PNG, third edition, 4.3); one that says
 /// nothing is sRGB, of 16 bits too, as browsers and OpenImageIO have it. In other formats a profile
-/// counts first, then OpenEXR's chromaticities or TIFF's Lab; else integers of 8 bits are sRGB, and others linear
+/// counts first, then OpenEXR's chromaticities, TIFF's Lab or EXIF's Adobe RGB; else integers of 8 bits are sRGB, and others linear
 /// light with its primaries. `format` is OpenImageIO's name of it.
 FileColor color_of(const InputFile& file, std::string_view format, const OIIO::ImageSpec& spec);
 

@@ -11,6 +11,8 @@
 #include "base/units.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/convert.h"
+#include "tools/texture/embedded_profile.h"
+#include "tools/texture/exif.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/picture_format.h"
 
@@ -19,6 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// TIFF's photometric interpretation of inks, and how many there are.
+constexpr int kInks = 5, kFourInks = 4;
 /// Rows that are read at once, unless the file dictates more.
 constexpr int kRows = 64;
 /// The most rows in one OpenEXR chunk.
@@ -75,6 +79,8 @@ Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64
 }
 
 Result<void> StillImage::open_input() {
+    reads_inks_ = false;
+    stores_inks_ = format_ == "jpeg" && jpeg_components(file_) == kFourInks;
     input_ = OIIO::ImageInput::create(format_);
     if (input_ == nullptr) return trouble(OIIO::geterror());
     if (page_file_ != nullptr) input_->set_ioproxy(page_file_.get());
@@ -109,10 +115,34 @@ Result<void> StillImage::open_tiff() {
     constexpr int kBlackIsLeast = 1, kRgb = 2;
     const bool light = page.photometric == kBlackIsLeast || page.photometric == kRgb;
     const bool bytes = page.bits == 8 || page.bits == 16 || page.bits == 32 || page.bits == 64;
-    if (!light || !bytes || page.samples != input_->spec().nchannels)
-        return (*opened)->check_chunks();
+    stores_inks_ = page.photometric == kInks;
+    reads_inks_ = stores_inks_ && page.samples == kFourInks &&
+                  (page.bits == 8 || page.bits == 16) && knows_inks();
+    if (reads_inks_) {
+        spec_.nchannels = kFourInks;
+        spec_.channelnames = {"C", "M", "Y", "K"};
+        spec_.alpha_channel = -1;
+    }
+    const bool same = light && bytes && page.samples == input_->spec().nchannels;
+    if (!same && !reads_inks_) return (*opened)->check_chunks();
     tiff_ = std::move(*opened);
     return {};
+}
+
+bool StillImage::knows_inks() const {
+    const std::vector<uint8_t> profile = color_of(file_, format_, input_->spec()).profile;
+    return !profile.empty() && EmbeddedProfile::find(profile, kFourInks).other != nullptr;
+}
+
+FileColor StillImage::color() const {
+    FileColor color = color_of(file_, format_, spec());
+    color.bare_alpha = bare_alpha_;
+    color.straight_alpha = format_ == "bmp";
+    color.inks = reads_inks_;
+    if (stores_inks_ && !reads_inks_)
+        color.note =
+            color.profile.empty() ? messages::kInksWithoutProfile : messages::kInksProfileUnused;
+    return color;
 }
 
 int StillImage::pages() {

@@ -35,17 +35,13 @@ class StillImage {
                                                     int64_t memory_bytes, bool guarded = false);
 
     /// Of an OpenEXR picture: of its display window, which is the picture's frame, and of the channels that are
-    /// read of it.
+    /// read of it. Of inks with a profile that says how they look, four channels; of others, what OpenImageIO
+    /// makes of them.
     const OIIO::ImageSpec& spec() const { return spec_; }
     /// The names of its channels that are left out.
     const std::vector<std::string>& left_out() const { return left_out_; }
     /// Says what the numbers of the current page mean.
-    FileColor color() const {
-        FileColor color = color_of(file_, format_, spec());
-        color.bare_alpha = bare_alpha_;
-        color.straight_alpha = format_ == "bmp";
-        return color;
-    }
+    FileColor color() const;
     /// Returns the number of pictures in the file; kMostPages + 1 where there are more.
     int pages();
     /// Whether there are more pictures than the first. Of a format whose pictures are not numbered there
@@ -63,6 +59,7 @@ class StillImage {
         : file_(std::move(file)), memory_bytes_(memory_bytes) {}
     Result<void> open_input();
     Result<void> open_tiff();
+    bool knows_inks() const;  ///< by their profile
     Result<void> fits() const;
     void frame();
     Result<void> each_stored_row(const std::function<Result<void>(int y, const float* row)>& use);
@@ -78,6 +75,8 @@ class StillImage {
     uint64_t page_directory_ = 0;  ///< of the page of a TIFF behind the first that is current
     std::unique_ptr<TiffPage> page_file_;  ///< of a page of a TIFF behind the first
     std::unique_ptr<TiffImage> tiff_;      ///< reads the pixels of a TIFF, where they are numbers
+    bool stores_inks_ = false;             ///< cyan, magenta, yellow and black
+    bool reads_inks_ = false;              ///< as such, since their profile says how they look
     std::vector<char> bits_;               ///< of a PBM in digits
     std::unique_ptr<OIIO::Filesystem::IOMemReader> bits_file_;
     std::unique_ptr<OIIO::ImageInput> input_;
