@@ -35,13 +35,20 @@ Result<InkTable> InkTable::bake(const PrinterProfile& profile, const BakeOptions
     }
     Result<std::vector<Inks>> inks = profile.to_inks(colours, options.intent, options.black_point);
     if (!inks) return inks.error();
+    Excess excess;
     for (Inks& node : *inks) {
+        const double sum = node[0] + node[1] + node[2] + node[3];
+        constexpr double kRounding = 1e-4;
+        if (sum > 1 + kRounding) excess.share += 1 / static_cast<double>(colours.size());
+        excess.most = std::max(excess.most, sum);
         node = limited(node, options.limit);
         // As the file has it; downwards, so that the sum stays within the limit.
         for (double& ink : node)
             ink = std::floor(ink * kOne) / kOne;
     }
-    return InkTable(std::move(*inks));
+    InkTable table(std::move(*inks));
+    table.excess_ = excess;
+    return table;
 }
 
 Result<InkTable> InkTable::read(const std::filesystem::path& file) {

@@ -30,6 +30,12 @@ class InkTable {
     /// Reads what format() has made; errors name the file.
     static Result<InkTable> read(const std::filesystem::path& file);
 
+    /// What the profile asked for: the share of colours with more than all voxels, and the most.
+    struct Excess {
+        double share = 0, most = 0;
+    };
+    const Excess& excess() const { return excess_; }
+
     /// Interpolates within tetrahedra: sRGB, encoded 0..1, to inks.
     Inks at(const Rgb& colour) const;
     /// Returns the file. `description` is one line.
@@ -39,6 +45,7 @@ class InkTable {
     explicit InkTable(std::vector<Inks> nodes) : nodes_(std::move(nodes)) {}
 
     std::vector<Inks> nodes_;
+    Excess excess_;
 };
 
 }  // namespace openfab::color

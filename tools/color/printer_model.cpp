@@ -210,6 +210,12 @@ void PrinterModel::fit_residual(const std::vector<Sample>& samples) {
         rest[j] = {samples[j].lab.l - mixed[j].l, samples[j].lab.a - mixed[j].a,
                    samples[j].lab.b - mixed[j].b};
         points_.push_back({roots_of(samples[j].inks), {}});
+        left_out_.push_back({samples[j].id,
+                             samples[j].inks,
+                             samples[j].lab,
+                             {},
+                             0,
+                             ciede2000(samples[j].lab, mixed[j])});
     }
     double least = std::numeric_limits<double>::infinity();
     for (const double length : {0.35, 0.7, 1.4}) {
@@ -222,6 +228,7 @@ void PrinterModel::fit_residual(const std::vector<Sample>& samples) {
             }
             if (!invert_positive(&kernel)) continue;
             std::vector<std::array<double, 3>> weights(n);
+            std::vector<LeftOut> left_out = left_out_;
             double sum = 0, worst = 0;
             for (size_t i = 0; i < n; ++i) {
                 for (size_t j = 0; j < n; ++j) {
@@ -235,6 +242,8 @@ void PrinterModel::fit_residual(const std::vector<Sample>& samples) {
                 const Lab predicted{is.l - weights[i][0] / own, is.a - weights[i][1] / own,
                                     is.b - weights[i][2] / own};
                 const double difference = ciede2000(is, predicted);
+                left_out[i].predicted = predicted;
+                left_out[i].difference = difference;
                 sum += difference;
                 worst = std::max(worst, difference);
             }
@@ -243,6 +252,7 @@ void PrinterModel::fit_residual(const std::vector<Sample>& samples) {
             length_ = length;
             left_out_mean_ = sum / static_cast<double>(n);
             left_out_worst_ = worst;
+            left_out_ = std::move(left_out);
             for (size_t i = 0; i < n; ++i)
                 points_[i].weight = weights[i];
         }

@@ -12,12 +12,23 @@
 //             amounts); its noise and length are those that predict left-out patches best.
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "tools/color/samples.h"
 
 namespace openfab::color {
+
+/// A patch against the prediction from all others.
+struct LeftOut {
+    std::string id;
+    Inks inks{};
+    Lab measured, predicted;
+    double difference = 0;  ///< CIEDE2000
+    /// Same as `difference` of what mixing alone says, which no single patch turns.
+    double of_mixing = 0;
+};
 
 class PrinterModel {
   public:
@@ -33,6 +44,8 @@ class PrinterModel {
     double left_out_mean() const { return left_out_mean_; }
     double left_out_worst() const { return left_out_worst_; }
     size_t patches() const { return points_.size(); }
+    /// In the order of the table, those of the same amounts once.
+    const std::vector<LeftOut>& left_out() const { return left_out_; }
 
   private:
     static constexpr size_t kInks = 4;
@@ -55,6 +68,7 @@ class PrinterModel {
     std::array<Bands, kInks> strengths_{};
     double length_ = 1;
     std::vector<Point> points_;
+    std::vector<LeftOut> left_out_;
     double left_out_mean_ = 0, left_out_worst_ = 0;
 };
 

@@ -24,11 +24,13 @@ struct ProfileOptions {
     std::string description = "OpenFab inks";
     /// The measurements, kept in the profile as text (tag `targ`).
     std::string measurements;
+    /// ICC version 2.4 instead of 4.4: tables of 16 bits (lut16) with that version's Lab.
+    bool version_two = false;
     int ink_nodes = 17;    ///< an axis of the table from inks to colours
     int color_nodes = 33;  ///< an axis of the tables from colours to inks
 };
 
-/// Makes an output profile, ICC version 4.4, of inks CMYK and Lab as connection space:
+/// Makes an output profile, ICC version 4.4 or 2.4, of inks CMYK and Lab as connection space:
 ///
 ///   A2B0, A2B1, A2B2   inks to colours, relative to the white of the print
 ///   B2A0, B2A2         perceptual: scaled between the print's black and white, then separated

@@ -11,88 +11,22 @@
 #include "base/color.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
+#include "tools/color/cxf.h"
 #include "tools/color/messages.h"
 #include "tools/color/read_named.h"
+#include "tools/color/table_text.h"
 
 namespace openfab::color {
 
 namespace {
 
-constexpr int64_t kLargestFile = 16 << 20;
+constexpr int64_t kLargestFile = 64 << 20;
 constexpr size_t kMostSamples = 4000;
-constexpr int kMostColumns = 1000;
-
-/// Returns whether a table is CGATS text, whatever its head holds: only that has this keyword, alone on
-/// a line. Any other table begins with the names of its columns.
-bool is_cgats(std::string_view text) {
-    constexpr std::string_view kKeyword = "BEGIN_DATA_FORMAT", kBlanks = " \t\r";
-    for (size_t at = text.find(kKeyword); at != std::string_view::npos;
-         at = text.find(kKeyword, at + 1)) {
-        const std::string_view before = text.substr(0, at);
-        const size_t line = before.rfind('\n') + 1;  // npos + 1 is 0
-        if (before.find_first_not_of(kBlanks, line) != std::string_view::npos) continue;
-        const size_t end = text.find_first_not_of(kBlanks, at + kKeyword.size());
-        if (end == std::string_view::npos || text[end] == '\n') return true;
-    }
-    return false;
-}
-
-constexpr std::string_view kBlanks = " \t\r,;";
-
-/// Removes and returns the next word, or none: of what stands between blanks or commas, or in quotes,
-/// where it may be empty. From `#` on the line is a comment.
-std::optional<std::string_view> take(std::string_view* line) {
-    line->remove_prefix(std::min(line->find_first_not_of(kBlanks), line->size()));
-    if (line->empty() || line->front() == '#') return {};
-    std::string_view word;
-    if (line->front() == '"') {
-        line->remove_prefix(1);
-        word = line->substr(0, line->find('"'));
-        line->remove_prefix(std::min(word.size() + 1, line->size()));
-    } else {
-        word = line->substr(0, std::min(line->find_first_of(kBlanks), line->find('#')));
-        line->remove_prefix(word.size());
-    }
-    return word;
-}
-
-std::string_view take_word(std::string_view* line) {
-    return take(line).value_or(std::string_view());
-}
-
-/// Returns the cells of a line of a CSV; two separators with nothing between them are an empty one.
-std::vector<std::string_view> cells_of(std::string_view line, char separator) {
-    constexpr std::string_view kAround = " \t\r";
-    std::vector<std::string_view> out;
-    while (out.size() <= kMostColumns) {
-        const size_t start = line.find_first_not_of(separator == '\t' ? " \r" : kAround);
-        size_t end = line.find(separator);
-        std::string_view cell = line.substr(0, end);
-        if (start != std::string_view::npos && line[start] == '"') {
-            const size_t close = std::min(line.find('"', start + 1), line.size());
-            cell = line.substr(start + 1, close - start - 1);
-            end = line.find(separator, close);
-        } else {
-            cell.remove_prefix(std::min(cell.find_first_not_of(kAround), cell.size()));
-            cell = cell.substr(0, cell.find_last_not_of(kAround) + 1);
-        }
-        out.push_back(cell);
-        if (end == std::string_view::npos) break;
-        line.remove_prefix(end + 1);
-    }
-    return out;
-}
-
-std::string upper(std::string_view text) {
-    std::string out(text);
-    for (char& c : out)
-        if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-    return out;
-}
 
 class Parser {
   public:
-    explicit Parser(std::string_view text) : text_(text), is_cgats_(is_cgats(text)) {}
+    Parser(std::string_view text, Light light)
+        : text_(text), is_cgats_(is_cgats(text)), light_asked_(light) {}
 
     Result<SampleTable> run() {
         std::string_view line;
@@ -104,6 +38,7 @@ class Parser {
             return user_error(messages::kNotATable, messages::kNotATableHelp);
         }
         if (table_.samples.empty()) return user_error(messages::kNoPatches);
+        if (Result<void> seen = see_spectra(); !seen) return seen.error();
         return std::move(table_);
     }
 
@@ -145,6 +80,12 @@ class Parser {
             table_.columns = static_cast<int>(value);
         } else if (first == "NUMBER_OF_SETS") {
             if (scan_number(take_word(&rest), &value).empty()) sets_ = value;
+        } else if (first == "SPECTRAL_START_NM" || first == "SPECTRAL_END_NM" ||
+                   first == "SPECTRAL_NORM") {
+            double* const to = first == "SPECTRAL_NORM"       ? &spectral_norm_
+                               : first == "SPECTRAL_START_NM" ? &spectral_first_
+                                                              : &spectral_last_;
+            if (scan_number(take_word(&rest), &value).empty() && value > 0) *to = value;
         } else if (first == "CTI1" || first == "CTI2") {
             table_.is_chart = true;
         } else if (first == "ILLUMINATION_NAME" || first == "ILLUMINANT") {
@@ -165,7 +106,9 @@ class Parser {
 
     /// Colours of XYZ and Lab are of D50 and the observer of 2 degrees, if they say what they are of.
     Result<void> check_light() const {
-        if (by_camera_ || !table_.has_lab) return {};
+        if (by_camera_ || !table_.has_lab || spectra_.there()) return {};
+        if (light_asked_ != Light::kD50)
+            return user_error(messages::kNoSpectra, messages::kNoSpectraHelp);
         const std::string light = upper(light_);
         if (!light.empty() && light.find("D50") == std::string::npos)
             return user_error(fmt::format(messages::kOtherLight, light_),
@@ -305,9 +248,14 @@ class Parser {
         if (!table_.has_inks && !table_.has_rgb) {
             return error(messages::kNeitherInksNorColours, messages::kNeitherInksNorColoursHelp);
         }
-        by_camera_ = table_.has_inks && table_.has_rgb && !table_.has_lab && !has_xyz_;
+        Result<SpectralColumns> spectra = SpectralColumns::find(columns_);
+        if (!spectra)
+            return with_context(spectra.error(), fmt::format(messages::kLineOf, number_, ""));
+        spectra_ = std::move(*spectra);
+        const bool measured = table_.has_lab || has_xyz_ || spectra_.there();
+        by_camera_ = table_.has_inks && table_.has_rgb && !measured;
         by_xyz_ = has_xyz_ && !table_.has_lab;
-        table_.has_lab = table_.has_lab || has_xyz_ || by_camera_;
+        table_.has_lab = measured || by_camera_;
         return check_light();
     }
 
@@ -336,6 +284,42 @@ class Parser {
         return {};
     }
 
+    /// Keeps a patch's reflectances until the unit of all of them is known.
+    Result<void> take_spectrum() {
+        std::vector<double> one;
+        for (const int column : spectra_.columns()) {
+            constexpr double kLeast = -20, kMost = 1000;  // of percent
+            const Result<double> value = number(column, kLeast, kMost);
+            if (!value) return value.error();
+            largest_ = std::max(largest_, *value);
+            one.push_back(*value);
+        }
+        reflected_.push_back(std::move(one));
+        return {};
+    }
+
+    /// Computes the colours of spectra.
+    Result<void> see_spectra() {
+        if (!spectra_.there()) return {};
+        Wavelengths at = spectra_.wavelengths();
+        // Names of columns are rounded to whole nanometres.
+        if (spectral_first_ > 0 && std::abs(spectral_first_ - at.first) < 1) {
+            const double last = at.first + at.step * static_cast<double>(at.count - 1);
+            const double end = std::abs(spectral_last_ - last) < 1 ? spectral_last_ : last;
+            at.first = spectral_first_;
+            at.step = (end - at.first) / static_cast<double>(at.count - 1);
+        }
+        const double unit = spectral_norm_ > 0
+                                ? spectral_norm_
+                                : spectra_.unit().value_or(unit_of_reflectances(largest_));
+        for (size_t k = 0; k < reflected_.size(); ++k) {
+            for (double& value : reflected_[k])
+                value /= unit;
+            table_.samples[k].lab = lab_of_spectrum(at, reflected_[k], light_asked_);
+        }
+        return {};
+    }
+
     /// Takes a patch of the words.
     Result<void> take_row() {
         if (table_.samples.size() == kMostSamples)
@@ -347,19 +331,13 @@ class Parser {
         if (table_.has_inks) read = numbers(inks_, -1e-6, 100 + 1e-6, 100, &sample.inks);
         if (read && table_.has_rgb) read = numbers(rgb_, -1e-6, 255 + 1e-6, 255, &sample.rgb);
         if (!read) return read;
-        double sum = 0;
-        for (double& ink : sample.inks) {
-            ink = std::clamp(ink, 0.0, 1.0);
-            sum += ink;
+        if (const Complaint wrong = settle_inks(&sample.inks); !wrong.empty())
+            return error(wrong.what, wrong.help);
+        if (spectra_.there()) {
+            if (Result<void> got = take_spectrum(); !got) return got;
+            table_.samples.push_back(std::move(sample));
+            return {};
         }
-        constexpr double kSlack = 4 * 0.5 / 255 + 1e-4;  // of four amounts of 8 bits
-        if (sum > 1 + kSlack) {
-            return error(fmt::format(messages::kInksAddUp, sum * 100), messages::kInksAddUpHelp);
-        }
-        constexpr double kThreeDecimals = 1e-3;
-        if (sum > 1 + kThreeDecimals)
-            for (double& ink : sample.inks)
-                ink /= sum;
         std::array<double, 3> v{};
         if (by_camera_) {
             Rgb linear;
@@ -390,22 +368,51 @@ class Parser {
     char separator_ = ',';  ///< of a CSV
     std::optional<double> sets_;
     std::string_view light_, observer_;
+    Light light_asked_;
+    SpectralColumns spectra_;
+    std::vector<std::vector<double>> reflected_;  ///< of each patch, as the table has them
+    double largest_ = 0, spectral_norm_ = 0, spectral_first_ = 0, spectral_last_ = 0;
     int id_ = -1;
     bool has_xyz_ = false, by_xyz_ = false, by_camera_ = false;
     SampleTable table_;
 };
 
-}  // namespace
-
-Result<SampleTable> parse_samples(std::string_view text) {
-    if (const Complaint wide = not_utf8(text); !wide.empty())
-        return user_error(wide.what, wide.help);
-    return Parser(PlainText(text).text()).run();
+/// Returns a word as CGATS text has it: in quotes where it is empty, or holds what ends one.
+std::string quoted(std::string word) {
+    std::replace(word.begin(), word.end(), '"', '\'');
+    if (!word.empty() && word.find_first_of(" \t,;#'") == std::string::npos) return word;
+    return '"' + word + '"';
 }
 
-Result<SampleTable> read_samples(const std::filesystem::path& file) {
+}  // namespace
+
+Complaint settle_inks(Inks* inks) {
+    double sum = 0;
+    for (double& ink : *inks) {
+        ink = std::clamp(ink, 0.0, 1.0);
+        sum += ink;
+    }
+    constexpr double kSlack = 4 * 0.5 / 255 + 1e-4;  // of four amounts of 8 bits
+    if (sum > 1 + kSlack)
+        return {fmt::format(messages::kInksAddUp, sum * 100), messages::kInksAddUpHelp};
+    constexpr double kThreeDecimals = 1e-3;
+    if (sum > 1 + kThreeDecimals)
+        for (double& ink : *inks)
+            ink /= sum;
+    return {};
+}
+
+Result<SampleTable> parse_samples(std::string_view text, const Measure& measure) {
+    if (const Complaint wide = not_utf8(text); !wide.empty())
+        return user_error(wide.what, wide.help);
+    const PlainText plain(text);
+    if (is_cxf(plain.text())) return parse_cxf(plain.text(), measure);
+    return Parser(plain.text(), measure.light).run();
+}
+
+Result<SampleTable> read_samples(const std::filesystem::path& file, const Measure& measure) {
     return read_named(file, kLargestFile,
-                      [](const std::string& text) { return parse_samples(text); });
+                      [&](const std::string& text) { return parse_samples(text, measure); });
 }
 
 std::string format_samples(const SampleTable& table, const std::string& description) {
@@ -430,7 +437,7 @@ std::string format_samples(const SampleTable& table, const std::string& descript
         fmt::format("NUMBER_OF_FIELDS {}\nBEGIN_DATA_FORMAT\n{}\nEND_DATA_FORMAT\n", fields, names);
     out += fmt::format("NUMBER_OF_SETS {}\nBEGIN_DATA\n", table.samples.size());
     for (const Sample& s : table.samples) {
-        out += s.id;
+        out += quoted(s.id);
         if (table.has_inks) {
             for (const double ink : s.inks)
                 out += fmt::format(" {:.3f}", ink * 100);

@@ -179,32 +179,55 @@ double Separation::wanted_black(const Lab& colour) const {
     return options_.black * root * root * std::exp(-std::hypot(colour.a, colour.b) / kStrong);
 }
 
-Inks Separation::find(const Lab& colour) const {
-    const double black = std::sqrt(wanted_black(colour));
-    constexpr double kFirm = 30, kLight = 1;
+double Separation::settle(const Lab& colour, double black, double weight, Inks* roots) const {
     // The nearest of all starts may lie in another valley than the least cost: a few are followed.
     constexpr size_t kFollowed = 3;
     std::array<std::pair<double, const Start*>, kFollowed> nearest{};
     nearest.fill({std::numeric_limits<double>::infinity(), nullptr});
     for (const Start& start : starts_) {
-        const double off = kFirm * (start.roots[3] - black);
+        const double off = weight * (start.roots[3] - black);
         const double cost = square(differences(colour, start.lab)) + off * off;
         if (cost >= nearest.back().first) continue;
         nearest.back() = {cost, &start};
         for (size_t i = kFollowed - 1; i > 0 && nearest[i].first < nearest[i - 1].first; --i)
             std::swap(nearest[i], nearest[i - 1]);
     }
-    Inks roots{};
     double least = std::numeric_limits<double>::infinity();
     for (const auto& [unused, start] : nearest) {
         Inks found = start->roots;
-        const double cost = refine(colour, black, kFirm, &found);
+        const double cost = refine(colour, black, weight, &found);
         if (cost >= least) continue;
         least = cost;
-        roots = found;
+        *roots = found;
     }
+    return std::sqrt(square(differences(colour, grid_.at_roots(*roots))));
+}
+
+Inks Separation::find(const Lab& colour) const {
+    const double black = std::sqrt(wanted_black(colour));
+    constexpr double kFirm = 30, kLight = 1;
+    const auto off = [&](const Inks& roots) {
+        return std::sqrt(square(differences(colour, grid_.at_roots(roots))));
+    };
+    Inks roots{};
+    settle(colour, black, kFirm, &roots);
     // With black held near what is wanted until now; then for the colour.
     refine(colour, roots[3], kLight, &roots);
+    // Where only another amount of black comes nearer, it gives way: just as far as it must.
+    constexpr double kAsNear = 0.25, kUnseen = 0.05;
+    if (off(roots) > kUnseen) {
+        Inks nearest{};
+        const double least = settle(colour, black, kUnseen, &nearest);
+        for (double weight = kFirm / 2; off(roots) > least + kAsNear; weight /= 4) {
+            if (weight < kUnseen) {
+                roots = nearest;
+                break;
+            }
+            Inks other = nearest;
+            refine(colour, black, weight, &other);
+            if (off(other) < off(roots)) roots = other;
+        }
+    }
     Inks inks;
     for (size_t i = 0; i < kInks; ++i)
         inks[i] = roots[i] * roots[i];

@@ -8,7 +8,8 @@
 //   gamut     what the inks cannot reach becomes the nearest colour that they can, where hue counts
 //             more than lightness and lightness more than chroma
 //   black     of the many mixtures that give one dark colour, the one whose black is nearest to a
-//             share of what black alone would need for that lightness; less in strong colours
+//             share of what black alone would need for that lightness; less in strong colours. Never at the
+//             cost of the colour: where more black comes nearer, it is taken
 //   limit     amounts add up to it at most
 
 #include <vector>
@@ -70,6 +71,9 @@ class Separation {
     };
     double wanted_black(const Lab& colour) const;
     void bring_to_limit(Inks* roots) const;
+    /// Finds the roots with the least cost, black being held near what is wanted by a weight; returns how far
+    /// the colour is off.
+    double settle(const Lab& colour, double black, double weight, Inks* roots) const;
     double refine(const Lab& colour, double black, double weight, Inks* roots) const;
 
     const InkGrid& grid_;

@@ -167,6 +167,77 @@ TEST_F(Profile, LimitAndBlackAreKept) {
     EXPECT_NEAR(std::atan2(near.b, near.a), std::atan2(red.b, red.a), 0.2);
 }
 
+TEST_F(Profile, OfVersionTwoSaysTheSame) {
+    const Result<PrinterModel> model = PrinterModel::fit(printer_->measured(0));
+    ASSERT_TRUE(model);
+    ProfileOptions options;
+    options.ink_nodes = kInkNodes;
+    options.color_nodes = 9;
+    std::array<std::string, 2> made;
+    for (const bool two : {false, true}) {
+        options.version_two = two;
+        const Result<std::string> bytes = make_profile(*model, options);
+        ASSERT_TRUE(bytes) << bytes.error().text();
+        EXPECT_EQ((*bytes)[8], two ? 2 : 4);
+        EXPECT_EQ(bytes->find("mft2") != std::string::npos, two);
+        made[two ? 1 : 0] = *bytes;
+    }
+    const Result<PrinterProfile> four = PrinterProfile::parse(bytes_of(made[0])),
+                                 two = PrinterProfile::parse(bytes_of(made[1]));
+    ASSERT_TRUE(four && two);
+    std::mt19937 random(6);
+    std::vector<Inks> inks = {{}, {1, 0, 0, 0}, {0, 0, 0, 1}};
+    for (int i = 0; i < 200; ++i)
+        inks.push_back(random_inks(&random));
+    for (const bool absolute : {false, true}) {
+        const Result<std::vector<Lab>> a = four->to_lab(inks, absolute),
+                                       b = two->to_lab(inks, absolute);
+        ASSERT_TRUE(a && b);
+        double sum = 0;
+        for (size_t i = 0; i < inks.size(); ++i)
+            sum += ciede2000((*a)[i], (*b)[i]);
+        // Roots of less than a 4096th are a table's.
+        EXPECT_LT(sum / static_cast<double>(inks.size()), 0.05);
+    }
+    // White is bare, though 100 is not at the end of that version's encoding.
+    const Result<std::vector<Inks>> white = two->to_inks({{1, 1, 1}}, Intent::kRelative, false);
+    ASSERT_TRUE(white);
+    for (const double ink : (*white)[0])
+        EXPECT_LT(ink, 2e-3);
+}
+
+TEST_F(Profile, DarkGreysAreAsNearAsTheInksGet) {
+    const Result<PrinterModel> model = PrinterModel::fit(SyntheticPrinter(0).measured(0));
+    ASSERT_TRUE(model);
+    const InkGrid grid(*model, 17);
+    // All mixtures in steps of 5 %.
+    std::vector<Lab> reached;
+    for (int c = 0; c <= 20; ++c) {
+        for (int m = 0; m <= 20 - c; ++m) {
+            for (int y = 0; y <= 20 - c - m; ++y) {
+                for (int k = 0; k <= 20 - c - m - y; ++k)
+                    reached.push_back(grid.at({c / 20.0, m / 20.0, y / 20.0, k / 20.0}));
+            }
+        }
+    }
+    const auto off = [](const Lab& a, const Lab& b) {
+        return std::hypot(a.l - b.l, a.a - b.a, a.b - b.b);
+    };
+    for (const double black : {0.0, 0.5, 1.0}) {
+        const Separation separation(grid, {black, 1});
+        double before = 0;
+        for (double l = 3; l < 60; l += 0.5) {
+            const Lab grey{l, 0, 0}, is = grid.at(separation.find(grey));
+            double nearest = off(grey, grid.at({0, 0, 0, 1}));
+            for (const Lab& lab : reached)
+                nearest = std::min(nearest, off(grey, lab));
+            EXPECT_LT(off(grey, is), nearest + 0.5) << black << ", " << l;
+            EXPECT_GT(is.l, before - 0.3) << black << ", " << l;
+            before = is.l;
+        }
+    }
+}
+
 /// A printer whose black makes it dark, down to L = 20, and whose other inks are the axes of Lab: what it
 /// prints is linear in its inks, so that tables are exact but for their bits.
 namespace axes_printer {

@@ -193,6 +193,8 @@ TEST(Samples, FormattedTablesAreReadBack) {
     SampleTable chart = ink_chart();
     chart.has_lab = true;
     chart.samples[7].lab = {12.345, -6.789, 0.001};
+    chart.samples[8].id = "patch 9, #2";
+    chart.samples[9].id = "";
     const Result<SampleTable> back = parse_samples(format_samples(chart, "round"));
     ASSERT_TRUE(back) << back.error().text();
     EXPECT_EQ(back->columns, chart.columns);
@@ -202,6 +204,8 @@ TEST(Samples, FormattedTablesAreReadBack) {
             EXPECT_NEAR(back->samples[k].inks[i], chart.samples[k].inks[i], 1e-12) << k;
     }
     EXPECT_EQ(back->samples[7].lab.a, -6.789);
+    EXPECT_EQ(back->samples[8].id, "patch 9, #2");
+    EXPECT_EQ(back->samples[9].id, "");
     const Result<SampleTable> colours = parse_samples(format_samples(color_chart(), "colours"));
     ASSERT_TRUE(colours);
     EXPECT_FALSE(colours->has_lab);
