@@ -92,6 +92,8 @@ Result<void> read_picture(const Arguments& a) {
     if (!chart->has_inks)
         return user_error(fmt::format(messages::kNoChartOfInks, a.second),
                           messages::kNoChartOfInksHelp);
+    if (chart->columns == 0)
+        return user_error(messages::kPatchLayoutUnknown, messages::kPatchLayoutUnknownHelp);
     const Result<Picture> picture = Picture::read(a.first);
     if (!picture) return picture.error();
     if (!picture->note().empty()) note(picture->note());
