@@ -11,8 +11,8 @@
 namespace openfab::color {
 
 struct CieRow {
-    double x, y, z;    ///< of the observer
-    double d50, d65;   ///< 100 at 560 nm
+    double x, y, z;   ///< of the observer
+    double d50, d65;  ///< 100 at 560 nm
 };
 
 constexpr double kCieFirst = 380, kCieStep = 5;

@@ -48,7 +48,8 @@ struct Specification {
 std::string condition_in(std::string_view text) {
     for (size_t at = 0; at + 1 < text.size(); ++at) {
         const bool begins = at == 0 || std::isalnum(static_cast<unsigned char>(text[at - 1])) == 0;
-        const bool ends = at + 2 == text.size() || std::isalnum(static_cast<unsigned char>(text[at + 2])) == 0;
+        const bool ends =
+            at + 2 == text.size() || std::isalnum(static_cast<unsigned char>(text[at + 2])) == 0;
         if (begins && ends && (text[at] == 'M' || text[at] == 'm') && text[at + 1] >= '0' &&
             text[at + 1] <= '3')
             return std::string("M") + text[at + 1];
@@ -76,10 +77,8 @@ class CxfHandler : public XmlHandler {
         if (name == "Object") {
             if (objects.size() == kMostObjects)
                 return {fmt::format(messages::kTooManyPatches, kMostObjects)};
-            objects.push_back({text("Name").empty() ? text("Id") : text("Name"),
-                               text("ObjectType"),
-                               {},
-                               {}});
+            objects.push_back(
+                {text("Name").empty() ? text("Id") : text("Name"), text("ObjectType"), {}, {}});
         } else if (name == "ColorSpecification" && !is_within("Object")) {
             specification_ = &specifications[text("Id")];
             specification_->condition = condition_in(text("Id"));
@@ -272,8 +271,7 @@ class Reader {
         auto found = with(measure_.condition);
         if (!measure_.condition.empty()) {
             if (found == all.end())
-                return user_error(
-                    fmt::format(messages::kCxfCondition, measure_.condition, names));
+                return user_error(fmt::format(messages::kCxfCondition, measure_.condition, names));
             return *found;
         }
         for (const char* condition : {"M1", "M0", "M2"}) {
@@ -281,8 +279,7 @@ class Reader {
             if (found != all.end()) break;
         }
         if (found == all.end()) found = all.begin();
-        if (all.size() > 1)
-            *note = fmt::format(messages::kCxfChosen, names, name_of(*found));
+        if (all.size() > 1) *note = fmt::format(messages::kCxfChosen, names, name_of(*found));
         return *found;
     }
 
@@ -297,8 +294,8 @@ class Reader {
         for (size_t i = 0; i < sample.inks.size(); ++i) {
             const double percent = (*object.inks)[i];
             if (!(percent >= -1e-6 && percent <= 100 + 1e-6))
-                return user_error(fmt::format(messages::kCxfValueOutside, percent, "ColorCMYK", 0.0,
-                                              100.0));
+                return user_error(
+                    fmt::format(messages::kCxfValueOutside, percent, "ColorCMYK", 0.0, 100.0));
             sample.inks[i] = percent / 100;
         }
         if (const Complaint wrong = settle_inks(&sample.inks); !wrong.empty())
@@ -317,13 +314,13 @@ class Reader {
         for (const double one : v) {
             constexpr double kMost = 200;
             if (!(std::abs(one) <= kMost))
-                return user_error(fmt::format(messages::kCxfValueOutside, one, "ColorValues",
-                                              -kMost, kMost));
+                return user_error(
+                    fmt::format(messages::kCxfValueOutside, one, "ColorValues", -kMost, kMost));
         }
         sample.lab = {v[0], v[1], v[2]};
         if (chosen.kind == Measured::Kind::kXyz)
-            sample.lab = to_lab({std::max(v[0], 0.0) / 100, std::max(v[1], 0.0) / 100,
-                                 std::max(v[2], 0.0) / 100});
+            sample.lab = to_lab(
+                {std::max(v[0], 0.0) / 100, std::max(v[1], 0.0) / 100, std::max(v[2], 0.0) / 100});
         return sample;
     }
 

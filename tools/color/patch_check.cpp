@@ -37,7 +37,8 @@ void predict_anew(const SampleTable& table, std::vector<LeftOut>* patches) {
     for (const LeftOut& patch : *patches)
         strange.insert(patch.inks);
     SampleTable rest = table;
-    std::erase_if(rest.samples, [&](const Sample& sample) { return strange.count(sample.inks) > 0; });
+    std::erase_if(rest.samples,
+                  [&](const Sample& sample) { return strange.count(sample.inks) > 0; });
     // Without white or a pure ink there is no model; then what is known stays.
     const Result<PrinterModel> model = PrinterModel::fit(rest);
     if (!model) return;

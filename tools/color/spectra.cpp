@@ -123,9 +123,7 @@ Result<SpectralColumns> SpectralColumns::find(const std::vector<std::string>& co
             out.columns_.push_back(found[k].second);
             continue;
         }
-        const auto name = [&](size_t at) {
-            return columns[static_cast<size_t>(found[at].second)];
-        };
+        const auto name = [&](size_t at) { return columns[static_cast<size_t>(found[at].second)]; };
         for (size_t i = 1; i < found.size(); ++i) {
             if (found[i].first == found[i - 1].first)
                 return user_error(fmt::format(messages::kWavelengthTwice, name(i - 1), name(i)),

@@ -144,8 +144,8 @@ int jpeg_components(const InputFile& file) {
     int components = 0;
     each_segment(file, [&](uint8_t marker, int64_t begin, int64_t length) {
         // Frames, but tables of Huffman (c4), an extension (c8) and arithmetic coding (cc).
-        const bool frame = marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 &&
-                           marker != 0xcc;
+        const bool frame =
+            marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
         if (!frame || length < 6) return false;
         if (const auto head = bytes_at<6>(file, begin)) components = (*head)[5];
         return true;

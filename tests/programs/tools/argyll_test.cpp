@@ -57,7 +57,8 @@ TEST(Argyll, ReadsMeasurementsAndProfilesOfVersionTwo) {
     const std::string color = program("openfab-color");
     const std::string inks = source_dir() / "gallery/ink_profile/vero.csv";
     ASSERT_EQ(run_in(folder, {color, "chart", "-o", "chart"}).exit_code, 0);
-    ASSERT_EQ(run_in(folder, {color, "simulate", inks, "chart/chart.txt", "-o", "measured.ti3"}).exit_code,
+    ASSERT_EQ(run_in(folder, {color, "simulate", inks, "chart/chart.txt", "-o", "measured.ti3"})
+                  .exit_code,
               0);
     const Outcome made =
         run_in(folder, {color, "profile", "measured.ti3", "-o", "printer.icc", "--icc", "2"});
@@ -90,15 +91,15 @@ TEST(Argyll, ReadsMeasurementsAndProfilesOfVersionTwo) {
     for (const bool absolute : {false, true}) {
         const Result<std::vector<color::Lab>> ours = profile->to_lab(mixtures, absolute);
         ASSERT_TRUE(ours);
-        const Outcome theirs = shell(
-            folder, fmt::format("xicclu -ff -i{} -pl printer.icc < inks.txt", absolute ? 'a' : 'r'));
+        const Outcome theirs =
+            shell(folder,
+                  fmt::format("xicclu -ff -i{} -pl printer.icc < inks.txt", absolute ? 'a' : 'r'));
         const std::vector<std::vector<double>> labs = looked_up(theirs.out);
         ASSERT_EQ(labs.size(), mixtures.size()) << theirs.out << theirs.err;
         double sum = 0;
         for (size_t k = 0; k < labs.size(); ++k) {
             ASSERT_GE(labs[k].size(), 3u);
-            const double off =
-                color::ciede2000((*ours)[k], {labs[k][0], labs[k][1], labs[k][2]});
+            const double off = color::ciede2000((*ours)[k], {labs[k][0], labs[k][1], labs[k][2]});
             // It takes other tetrahedra of four dimensions between the nodes.
             EXPECT_LT(off, 4) << k;
             sum += off;

@@ -37,8 +37,12 @@ const std::string& ink_profile() {
     return kProfile;
 }
 
-constexpr std::array<std::array<uint8_t, 4>, 6> kMixtures = {
-    {{0, 0, 0, 0}, {255, 0, 0, 0}, {0, 255, 0, 0}, {0, 0, 0, 255}, {76, 51, 25, 51}, {10, 90, 40, 0}}};
+constexpr std::array<std::array<uint8_t, 4>, 6> kMixtures = {{{0, 0, 0, 0},
+                                                              {255, 0, 0, 0},
+                                                              {0, 255, 0, 0},
+                                                              {0, 0, 0, 255},
+                                                              {76, 51, 25, 51},
+                                                              {10, 90, 40, 0}}};
 
 /// A TIFF of these mixtures, a pixel each.
 void write_inks(const std::filesystem::path& file, OIIO::TypeDesc kind, const std::string& icc) {
@@ -66,8 +70,8 @@ TEST(PictureOfInks, IsReadByItsProfile) {
     ASSERT_TRUE(profile);
     std::vector<Inks> inks;
     for (const auto& mixture : kMixtures)
-        inks.push_back({mixture[0] / 255.0, mixture[1] / 255.0, mixture[2] / 255.0,
-                        mixture[3] / 255.0});
+        inks.push_back(
+            {mixture[0] / 255.0, mixture[1] / 255.0, mixture[2] / 255.0, mixture[3] / 255.0});
     const Result<std::vector<Lab>> wanted = profile->to_lab(inks, false);
     ASSERT_TRUE(wanted);
     for (const OIIO::TypeDesc& kind :

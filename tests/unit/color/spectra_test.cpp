@@ -44,8 +44,8 @@ const std::vector<Curve>& curves() {
 }
 
 /// A CGATS table of the curves. `name` is of a column of a wavelength.
-std::string table_of(const std::function<std::string(double nm)>& name, double unit, double step = 10,
-                     const std::string& head = "", double last = 730) {
+std::string table_of(const std::function<std::string(double nm)>& name, double unit,
+                     double step = 10, const std::string& head = "", double last = 730) {
     std::string names = "SAMPLE_ID CMYK_C CMYK_M CMYK_Y CMYK_K", rows;
     for (double nm = 380; nm <= last + 1e-6; nm += step)
         names += " " + name(nm);
@@ -81,9 +81,8 @@ TEST(Spectra, OfAllNamesAndUnits) {
             return fmt::format(fmt::runtime(form), static_cast<int>(std::lround(nm)));
         };
     };
-    for (const char* form :
-         {"SPEC_{}", "SPECTRAL_NM{}", "SPECTRAL_NM_{}", "nm{}", "NM_{}", "{}nm", "R_{}", "R{}", "{}",
-          "spectral_{}", "SPECTRAL_PCT_{}"}) {
+    for (const char* form : {"SPEC_{}", "SPECTRAL_NM{}", "SPECTRAL_NM_{}", "nm{}", "NM_{}", "{}nm",
+                             "R_{}", "R{}", "{}", "spectral_{}", "SPECTRAL_PCT_{}"}) {
         SCOPED_TRACE(form);
         expect_colours(table_of(named(form), 100));
     }
@@ -127,13 +126,15 @@ TEST(Spectra, ThatCannotBeUsedAreRefused) {
     std::string uneven = table_of(name, 1);
     uneven.replace(uneven.find("nm390"), 5, "nm396");
     EXPECT_THAT(refused(uneven), testing::Says(messages::kWavelengthsUneven, "nm396", "390"));
-    EXPECT_THAT(refused("CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n0,0,0,0,1,2,3\n", Light::kD65),
-                testing::Says(messages::kNoSpectra));
+    EXPECT_THAT(
+        refused("CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n0,0,0,0,1,2,3\n", Light::kD65),
+        testing::Says(messages::kNoSpectra));
 }
 
 std::string cxf(const std::string& objects, const std::string& specifications) {
     return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<cc:CxF "
-           "xmlns:cc=\"http://colorexchangeformat.com/CxF3-core\"><cc:FileInformation><cc:Creator>a "
+           "xmlns:cc=\"http://colorexchangeformat.com/"
+           "CxF3-core\"><cc:FileInformation><cc:Creator>a "
            "test</cc:Creator></cc:FileInformation><cc:Resources><cc:ObjectCollection>" +
            objects + "</cc:ObjectCollection><cc:ColorSpecificationCollection>" + specifications +
            "</cc:ColorSpecificationCollection></cc:Resources></cc:CxF>\n";
@@ -148,15 +149,16 @@ std::string inks_of(size_t k) {
 
 std::string spectrum_of(size_t k, const std::string& specification, double scale = 1,
                         const char* start = " StartWL=\"380\"") {
-    std::string out = "<cc:ReflectanceSpectrum ColorSpecification=\"" + specification + "\"" + start + ">";
+    std::string out =
+        "<cc:ReflectanceSpectrum ColorSpecification=\"" + specification + "\"" + start + ">";
     for (double nm = 380; nm <= 730; nm += 10)
         out += fmt::format("{:.6f}\n ", curves()[k].reflected(nm) * scale);
     return out + "</cc:ReflectanceSpectrum>";
 }
 
 std::string object(size_t k, const std::string& inside, const char* type = "Standard") {
-    return fmt::format("<cc:Object Id=\"o{0}\" ObjectType=\"{1}\" Name=\"{0}\">{2}</cc:Object>", k + 1,
-                       type, inside);
+    return fmt::format("<cc:Object Id=\"o{0}\" ObjectType=\"{1}\" Name=\"{0}\">{2}</cc:Object>",
+                       k + 1, type, inside);
 }
 
 std::string values(const std::string& inside) {
@@ -167,7 +169,8 @@ std::string specification(const char* id, const char* condition, const char* lig
     return fmt::format(
         "<cc:ColorSpecification Id=\"{0}\"><cc:TristimulusSpec><cc:Illuminant>{2}</cc:Illuminant>"
         "<cc:Observer>2_Degree</cc:Observer></cc:TristimulusSpec><cc:MeasurementSpec>"
-        "<cc:WavelengthRange StartWL=\"380\" Increment=\"10\"/><cc:Device><cc:DeviceIllumination>{1}"
+        "<cc:WavelengthRange StartWL=\"380\" "
+        "Increment=\"10\"/><cc:Device><cc:DeviceIllumination>{1}"
         "</cc:DeviceIllumination></cc:Device></cc:MeasurementSpec></cc:ColorSpecification>",
         id, condition, light);
 }
@@ -195,12 +198,12 @@ TEST(Cxf, SpectraOfOneObjectOrOfSeveralGoWithTheirInks) {
 }
 
 TEST(Cxf, LabAndXyzAreOfD50) {
-    const std::string lab =
-        values("<cc:ColorCIELab ColorSpecification=\"c\"><cc:L>50.5</cc:L><cc:A>-3.25</cc:A><cc:B>1e1"
-               "</cc:B></cc:ColorCIELab>");
-    const std::string xyz =
-        values("<cc:ColorCIEXYZ ColorSpecification=\"c\"><cc:X>96.42</cc:X><cc:Y>100</cc:Y><cc:Z>82.49"
-               "</cc:Z></cc:ColorCIEXYZ>");
+    const std::string lab = values(
+        "<cc:ColorCIELab ColorSpecification=\"c\"><cc:L>50.5</cc:L><cc:A>-3.25</cc:A><cc:B>1e1"
+        "</cc:B></cc:ColorCIELab>");
+    const std::string xyz = values(
+        "<cc:ColorCIEXYZ ColorSpecification=\"c\"><cc:X>96.42</cc:X><cc:Y>100</cc:Y><cc:Z>82.49"
+        "</cc:Z></cc:ColorCIEXYZ>");
     const std::string d50 = specification("c", "M0"), d65 = specification("c", "M0", "D65");
     const Result<SampleTable> a = parse_samples(cxf(object(0, lab + inks_of(1)), d50));
     ASSERT_TRUE(a) << a.error().text();
@@ -212,21 +215,23 @@ TEST(Cxf, LabAndXyzAreOfD50) {
     EXPECT_NEAR(b->samples[0].lab.l, 100, 1e-6);
     EXPECT_THAT(parse_samples(cxf(object(0, lab + inks_of(1)), d65)).error().text(),
                 testing::Says(messages::kOtherLight, "D65"));
-    EXPECT_THAT(parse_samples(cxf(object(0, lab + inks_of(1)), d50), {Light::kD65, {}}).error().text(),
-                testing::Says(messages::kNoSpectra));
+    EXPECT_THAT(
+        parse_samples(cxf(object(0, lab + inks_of(1)), d50), {Light::kD65, {}}).error().text(),
+        testing::Says(messages::kNoSpectra));
 }
 
 TEST(Cxf, OfSeveralConditionsOneCounts) {
     std::string all;
     for (size_t k = 0; k < 4; ++k)
-        all += object(k, values(spectrum_of(k, "a", 0.5) + spectrum_of(k, "b", 0.75) +
-                                spectrum_of(k, "c")) +
-                             inks_of(k));
-    const std::string text = cxf(all, specification("a", "M2_UVExcluded") +
-                                          specification("b", "M0_Incandescent") +
-                                          specification("c", "M1_Daylight"));
+        all += object(
+            k, values(spectrum_of(k, "a", 0.5) + spectrum_of(k, "b", 0.75) + spectrum_of(k, "c")) +
+                   inks_of(k));
+    const std::string text =
+        cxf(all, specification("a", "M2_UVExcluded") + specification("b", "M0_Incandescent") +
+                     specification("c", "M1_Daylight"));
     expect_colours(text);
-    EXPECT_THAT(parse_samples(text)->note, testing::Says(messages::kCxfChosen, "`M2`, `M0`, `M1`", "M1"));
+    EXPECT_THAT(parse_samples(text)->note,
+                testing::Says(messages::kCxfChosen, "`M2`, `M0`, `M1`", "M1"));
     const Result<SampleTable> dark = parse_samples(text, {Light::kD50, "M2"});
     ASSERT_TRUE(dark);
     EXPECT_NEAR(dark->samples[3].lab.l, 116 * std::cbrt(0.5) - 16, 0.01);
