@@ -32,9 +32,11 @@ std::string all_of(const fs::path& path) {
         for (const auto& entry : fs::recursive_directory_iterator(path))
             add(entry.path(), path.string().size());
     }
+    // A print keeps a record beside its output; an export has none.
     std::string out;
-    for (const auto& [name, file] : files)
-        out += name + read_file(file);
+    for (const auto& [name, file] : files) {
+        if (!name.ends_with(".job.json")) out += name + read_file(file);
+    }
     return out;
 }
 

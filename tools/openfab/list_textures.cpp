@@ -30,8 +30,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 8> kPictures{".png", ".jpg", ".jpeg", ".exr",
-                                                    ".bmp", ".tga", ".gif",  ".webp"};
+constexpr std::array<std::string_view, 12> kPictures{".png", ".jpg", ".jpeg", ".exr",
+                                                     ".bmp", ".tga", ".gif",  ".webp",
+                                                     ".pgm", ".ppm", ".pnm",  ".pbm"};
 constexpr std::array<std::string_view, 23> kVolumes{
     ".tif", ".tiff",   ".nrrd", ".nhdr", ".nii", ".gz",  ".mha", ".mhd",
     ".mrc", ".rec",    ".npy",  ".cube", ".vti", ".vtr", ".vts", ".vtu",
