@@ -17,12 +17,14 @@ from dataclasses import dataclass, field
 
 OPTION = re.compile(r"(?:(?P<short>-\w),)?(?P<long>--[\w-]+)(?P<value> .*)?")
 SECTION = re.compile(r"(Positionals|Options|Subcommands):", re.IGNORECASE)
+GROUP = re.compile(r"[A-Z][\w ]*:")  # of options, where lines of options follow
 
 
 @dataclass
 class Entry:
     name: str
     text: str
+    group: str = ""  # of options
 
     @property
     def option(self):
@@ -74,20 +76,22 @@ def parse(words, text):
               if line.startswith("  -h,--help ")]
     if not widths:
         sys.exit(f"command_manual.py: `{' '.join(words)} --help` has no line for --help")
-    section = None
+    section, group = None, ""
     notes, summary = [], []
     at = 0
     while at < len(lines):
         line = lines[at]
         at += 1
         if SECTION.fullmatch(line):
-            section = line[:-1].lower()
+            section, group = line[:-1].lower(), ""
             column = next((width for place, width in widths if place >= at - 1), widths[-1][1])
+        elif GROUP.fullmatch(line) and at < len(lines) and lines[at].startswith("  -"):
+            section, group = "options", line[:-1]
         elif section and line.startswith("  "):
             below = at < len(lines) and lines[at].startswith(" " * column) and lines[at].strip()
             name, told = (line, lines[at]) if below else (line[:column], line[column:])
             at += 1 if below else 0
-            entry = Entry(name.strip(), told.strip())
+            entry = Entry(name.strip(), told.strip(), group)
             if not below and line[column - 1:column].strip():
                 sys.exit(f"command_manual.py: cannot read this line of `{' '.join(words)} --help`: {line}")
             if section == "options" and not entry.option:
@@ -129,7 +133,11 @@ def manual(command, version):
     for title, entries in (("ARGUMENTS", command.positionals), ("OPTIONS", command.options)):
         if entries:
             out.append(f".SH {title}")
+        group = ""
         for entry in entries:
+            if entry.group != group:
+                group = entry.group
+                out.append(f".SS {roff(group)}")
             name = entry.name.replace(" REQUIRED", "").replace(" ...", "...")
             if entry.option:
                 value = f" {entry.value}" if entry.value else ""
