@@ -22,6 +22,7 @@ PROGRAM = Path(__file__).parents[2] / "program"
 REASONS = {
     "probe_mm": "`sample` has boxes of voxels",
     "part": "`slices` says it",
+    "words": "what a command line gave, for the record beside its output; a print from Python has none",
     "slab_limit_seconds": "whoever waits for the print interrupts it",
     "no_cache": "OPENFAB_NO_CACHE says it",
     "resume": "an output of Python is there once it is complete",
