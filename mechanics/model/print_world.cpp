@@ -12,7 +12,6 @@
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/json_text.h"
-#include "base/say.h"
 #include "base/talking_program.h"
 #include "mechanics/messages.h"
 #include "tools/viewer/child.h"
@@ -33,13 +32,8 @@ Result<void> run(const std::vector<std::string>& argv, const fs::path& folder) {
     if (!child) return child.error();
     const int code = (*child)->wait();
     if (code == 0) return {};
-    // What it says has the form of our own messages.
     constexpr int64_t kMostSaid = 64 << 10;
-    say(viewer::end_of_file(err, kMostSaid));
-    for (const ErrorCode one :
-         {ErrorCode::kUserInput, ErrorCode::kOutside, ErrorCode::kInterrupted})
-        if (code == exit_code(one)) return Error{one, "", "", {}};
-    return Error{ErrorCode::kInternal, "", "", {}};
+    return viewer::relayed_error(viewer::end_of_file(err, kMostSaid), code);
 }
 
 std::string numbers_text(const std::array<double, 3>& v) {

@@ -113,10 +113,9 @@ class FunctionsExport {
         const std::filesystem::path out = folder_ / "fablet.ir", err = folder_ / "fablet.err";
         auto child = viewer::Child::start(argv, out, err);
         if (!child) return child.error();
-        if ((*child)->wait() != 0) {
+        if (const int code = (*child)->wait(); code != 0) {
             constexpr int64_t kMost = 16'000;
-            say(viewer::end_of_file(err, kMost));
-            return user_error("");
+            return viewer::relayed_error(viewer::end_of_file(err, kMost), code);
         }
         const Result<InputFile> file = InputFile::open(out);
         if (!file) return file.error();

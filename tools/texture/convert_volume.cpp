@@ -221,16 +221,16 @@ MadeReader open_slices(const std::vector<fs::path>& files, const texture::Volume
 }
 
 /// Refuses keys that say nothing of an array or a table of numbers in their order.
-Result<void> check_plain(const texture::VolumeOptions& options, bool has_nan) {
+MadeReader with_plain_keys(MadeReader reader, const texture::VolumeOptions& options) {
     const auto without_effect = [](const char* what, const char* key) {
         return user_error(fmt::format(messages::kKeyWithoutEffect, what, key),
                           fmt::format(messages::kKeyWithoutEffectHelp, key));
     };
     if (!options.field.empty()) return without_effect(messages::kNamedFields, "field");
     if (!options.unit.empty()) return without_effect(messages::kUnitOfLengths, "unit");
-    if (options.outside && !has_nan)
+    if (reader && options.outside && (*reader)->no_nan)
         return without_effect(messages::kPlacesWithoutValue, "outside");
-    return {};
+    return reader;
 }
 
 /// By signature; only colour tables are recognized by their names.
@@ -245,10 +245,8 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     const std::string_view begin(head.data(), *got);
     if (begin.starts_with("NRRD")) return open_nrrd(files[0], options, limits);
     const std::string kind = lower_ascii(files[0].extension().string());
-    const bool is_array = begin.starts_with("\x93NUMPY");
-    const Result<void> plain = check_plain(options, is_array);
-    if (is_array) return plain ? open_npy(files[0]) : plain.error();
-    if (kind == ".cube") return plain ? open_cube(files[0], limits) : plain.error();
+    if (begin.starts_with("\x93NUMPY")) return with_plain_keys(open_npy(files[0]), options);
+    if (kind == ".cube") return with_plain_keys(open_cube(files[0], limits), options);
     if (is_nifti_file(files[0])) return open_nifti(files[0], options, limits);
     if (texture::is_meta_image(files[0])) return open_meta(files[0], options, limits);
     if (begin.starts_with(kLegacyVtk)) return open_vtk(files[0], options, limits);

@@ -209,6 +209,7 @@ MadeReader open_npy(const fs::path& file) {
     const std::string descr = entry(header, "descr");
     if (!npy_format(descr, &reader->format))
         return user_error(fmt::format(messages::kUnknownNumberKind, descr));
+    reader->no_nan = reader->format.kind != NumberFormat::Kind::kFloat;
     const std::vector<int64_t> shape = whole_numbers(entry(header, "shape"));
     if (shape.size() != 3 && shape.size() != 4)
         return user_error(fmt::format(messages::kNpyDimensions, shape.size()));
@@ -282,6 +283,7 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
     if (!bytes) return bytes.error();
     std::array<double, 3> low{0, 0, 0}, high{1, 1, 1};
     auto reader = std::make_unique<CubeReader>();
+    reader->no_nan = true;
     int64_t n = 0;
     if (const Complaint wide = not_utf8(*bytes); !wide.empty())
         return user_error(wide.what, wide.help);

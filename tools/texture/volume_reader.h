@@ -32,6 +32,7 @@ class VolumeReader {
     bool table = false;
     /// What a turned grid has beyond its texels, unless the options say.
     std::array<float, 4> beyond{};
+    bool no_nan = false;     ///< of an array: none of its numbers can be NaN
     bool rounded = false;    ///< an integer was read that a float does not hold
     bool resampled = false;  ///< at a pitch, with a value where the file has none
 

@@ -330,6 +330,7 @@ TEST_F(ShapeExtent, KeysWithoutEffectAreTold) {
         {R"({"file": "g.nrrd", "pitch_mm": 0.5})", "V", "", tools::messages::kPitchWithoutEffect},
         {R"({"file": "v.npy", "unit": "cm"})", "V", "", tools::messages::kKeyWithoutEffect},
         {R"({"file": "v.npy", "field": "x"})", "V", "", tools::messages::kKeyWithoutEffect},
+        {R"({"file": "v.npy", "outside": 2})", "V", "", tools::messages::kKeyWithoutEffect},
         {R"({"file": "p.pgm", "spacing_mm": 2})", "P", "", part::messages::kKeyOfVolume},
         {R"({"file": "v.npy"})", "V", R"(, "repair": "winding")",
          world::messages::kRepairWithoutFile},
