@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/fuzz/mutations/move_elements.h"
+
 namespace openfab::testing {
 
 namespace {
@@ -144,8 +146,9 @@ void change_text(std::string* text, Generator* random) {
     const auto one_of = [&](const std::vector<Range>& ranges) {
         return ranges[below(random, ranges.size())];
     };
-    const size_t way = below(random, 6);
+    const size_t way = below(random, 8);
     if (way == 0) return change_bytes(text, random);
+    if (way >= 6 && move_element(text, random)) return;
     const std::vector<Range> ranges = way <= 2   ? numbers_of(*text)
                                       : way <= 4 ? values_of(*text)
                                                  : lines_of(*text);
