@@ -467,6 +467,7 @@ void add_receive(CLI::App& app, Action* action) {
     command->add_option("--tls-key", a->tls_key, "of tls://: a PEM file with its key");
     command->add_option("--layer-time", a->layer_time,
                         "consume a slice this often, such as 10s, and report late ones");
+    command->add_option("--log", a->log, "append who came and what was taken, as JSON");
     command->add_option("--buffer", a->buffer, "slices to buffer for the layer time (default: 20)")
         ->check(CLI::Range(1, 1000));
     add_memory_option(command, &a->memory);

@@ -49,7 +49,7 @@ struct ViewArguments {
 };
 
 struct ReceiveArguments {
-    std::string listen, output, token_file, tls_certificate, tls_key, layer_time, memory;
+    std::string listen, output, token_file, tls_certificate, tls_key, layer_time, memory, log;
     int32_t buffer = 20;
 };
 

@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 
+#include "backends/job/recorded_sink.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/folder_sink.h"
 #include "backends/stream/address.h"
@@ -102,6 +103,11 @@ Result<void> run_receive(const ReceiveArguments& a) {
     if (!format) return format.error();
     print.format = (*format)->name;
     if (Result<void> opens = try_output(print); !opens) return opens;
+    if (!a.log.empty()) {
+        Result<std::unique_ptr<AuditLog>> log = AuditLog::open(a.log);
+        if (!log) return log.error();
+        options.log = std::move(*log);
+    }
     options.token = *token;
     options.memory_bytes = *memory;
     options.keeps_frames = print.format == "ofr";
@@ -124,14 +130,27 @@ Result<void> run_receive(const ReceiveArguments& a) {
                (now && now->device == (*opened)->device && now->number == (*opened)->number);
     };
     const auto open_sink =
-        [print, opened](const pipeline::PrintInfo& info,
-                        bool resumed) mutable -> Result<std::unique_ptr<pipeline::SliceSink>> {
+        [print, opened, record = std::shared_ptr<job::Record>()](
+            const pipeline::PrintInfo& info, bool resumed,
+            const std::string& from) mutable -> Result<std::unique_ptr<pipeline::SliceSink>> {
         if (!resumed && is_complete(print)) {
             return user_error(fmt::format(messages::kHoldsWholePrint, print.output));
         }
         print.resume = resumed;
         opened->reset();
-        return program::open_output(print, printer_of(info));
+        Result<std::unique_ptr<pipeline::SliceSink>> sink =
+            program::open_output(print, printer_of(info));
+        const std::filesystem::path file = job::record_file(print.output);
+        if (!sink || file.empty()) return sink;
+        job::Facts facts;
+        facts.format = print.format;
+        facts.printer = info.printer;
+        // The sink before it is gone by now.
+        record = std::make_shared<job::Record>(file, std::move(facts), resumed);
+        job::StopReason cut;
+        cut.by = "line";
+        return std::unique_ptr<pipeline::SliceSink>(std::make_unique<job::RecordedSink>(
+            std::move(*sink), record.get(), from, std::move(cut)));
     };
     Result<stream::Socket> listening = stream::listen_at(*address);
     if (!listening) return listening.error();

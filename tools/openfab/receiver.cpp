@@ -145,7 +145,7 @@ Result<void> Receiver::open_now(Client* client, const stream::Message& message) 
         ++wrong.count;
         wrong.until = client->waits_until = seconds_now() + pause;
         client->has_wrong_token = true;
-        say(fmt::format(messages::kWrongTokenFrom, client->from));
+        tell("wrong token", client->from, fmt::format(messages::kWrongTokenFrom, client->from));
         return {};
     }
     wrong_tokens_.erase(host);
@@ -155,8 +155,9 @@ Result<void> Receiver::open_now(Client* client, const stream::Message& message) 
         return {};
     }
     if (most_bytes(*info) > options_.memory_bytes) {
-        say(fmt::format(messages::kPrintRefusedMemory, client->from, info->size.x, info->size.y,
-                        format_bytes(most_bytes(*info)), format_bytes(options_.memory_bytes)));
+        tell("refused", client->from,
+             fmt::format(messages::kPrintRefusedMemory, client->from, info->size.x, info->size.y,
+                         format_bytes(most_bytes(*info)), format_bytes(options_.memory_bytes)));
         stop(client, StopCode::kProtocol,
              fmt::format(messages::kSlicesTakeTooMuch,
                          format_bytes(static_cast<int64_t>(slice_bytes(*info))),
@@ -170,12 +171,12 @@ Result<void> Receiver::open_now(Client* client, const stream::Message& message) 
                          !(open->mode == Mode::kSendBack && open->header == header_);
     if (open->sender != sender_ && (other != nullptr || is_held)) {
         ++refused_;
-        say(fmt::format(messages::kSecondSender, client->from));
+        tell("refused", client->from, fmt::format(messages::kSecondSender, client->from));
         stop(client, StopCode::kBusy, messages::kAnotherPrint);
         return {};
     }
     if (other != nullptr) other->closing = true;  // its line was cut, and this end has not noticed
-    say(fmt::format(messages::kSenderCame, client->from));
+    tell("sender", client->from, fmt::format(messages::kSenderCame, client->from));
     return begin_print(client, *open, *info);
 }
 
@@ -230,7 +231,7 @@ void Receiver::lose(Client* client) {
     if (client->is_sender && !client->closing && !complete_) {
         ++cuts_;
         held_until_ = seconds_now() + stream::kLostSeconds;
-        say(fmt::format(messages::kLineCut, next_));
+        tell("cut", client->from, fmt::format(messages::kLineCut, next_));
     }
     client->line.close();
 }
@@ -318,6 +319,14 @@ Result<void> Receiver::turn() {
     if ((polled[0].revents & POLLIN) != 0) accept_clients();
     tidy();
     return {};
+}
+
+void Receiver::tell(const char* event, const std::string& from, const std::string& text) const {
+    say(text);
+    if (options_.log == nullptr) return;
+    const size_t end = text.find_last_not_of('\n');
+    options_.log->add(event, from, info_.title, next_,
+                      end == std::string::npos ? "" : text.substr(0, end + 1));
 }
 
 void Receiver::summarise() const {

@@ -16,6 +16,7 @@
 
 #include "backends/stream/message.h"
 #include "runtime/pipeline/slice_sink.h"
+#include "tools/openfab/audit_log.h"
 #include "tools/openfab/kept_slices.h"
 #include "tools/openfab/layer_clock.h"
 
@@ -27,7 +28,8 @@ struct ReceiverOptions {
     int64_t memory_bytes = 0;
     bool keeps_frames = false;  ///< the sink is of .ofr, and takes slices as they come
     double layer_seconds = 0;
-    int32_t buffer = 20;  ///< slices, where there is a layer time
+    std::shared_ptr<AuditLog> log;  ///< null: none is kept
+    int32_t buffer = 20;            ///< slices, where there is a layer time
     /// Whether the output is still there while a print comes into it; may be empty.
     std::function<bool()> output_is_there;
 };
@@ -36,7 +38,7 @@ class Receiver {
   public:
     /// Opens the output: replaced, or with `resumed` as an earlier print has left it.
     using OpenSink = std::function<Result<std::unique_ptr<pipeline::SliceSink>>(
-        const pipeline::PrintInfo& info, bool resumed)>;
+        const pipeline::PrintInfo& info, bool resumed, const std::string& from)>;
 
     Receiver(stream::Socket listening, ReceiverOptions options, OpenSink open_sink);
 
@@ -98,6 +100,8 @@ class Receiver {
     static int64_t most_bytes(const pipeline::PrintInfo& info);
     int32_t window() const;
     void summarise() const;
+    /// Says something of a client, and keeps it in the log.
+    void tell(const char* event, const std::string& from, const std::string& text) const;
 
     stream::Socket listening_;
     ReceiverOptions options_;

@@ -75,7 +75,8 @@ void Receiver::get_ready(Client* client) {
 Result<void> Receiver::open_output(Client* client, const stream::Open& open,
                                    const pipeline::PrintInfo& info) {
     close_sink();
-    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_sink_(info, open.mode != Mode::kAnew);
+    Result<std::unique_ptr<pipeline::SliceSink>> sink =
+        open_sink_(info, open.mode != Mode::kAnew, client->from);
     if (!sink) return refuse_output(client, sink.error());
     sink_ = std::move(*sink);
     if (Result<void> begun = sink_->begin(info); !begun)
@@ -99,7 +100,8 @@ Result<void> Receiver::refuse_output(Client* client, const Error& error) {
         return error;
     }
     // Who sends has no business with what this end's files are called.
-    say(fmt::format(messages::kPrintRefused, client->from, printable(error.text())));
+    tell("refused", client->from,
+         fmt::format(messages::kPrintRefused, client->from, printable(error.text())));
     stop(client, StopCode::kOtherPrint, messages::kHoldsAnotherPrint);
     return {};
 }
@@ -130,8 +132,9 @@ Result<void> Receiver::read_back() {
     next_ = info_.slice_begin + *end->kept;
     hash_ = end->hash;
     clock_.begin(info_.slice_end - info_.slice_begin, *end->kept);
-    say(fmt::format(messages::kPrintFromSlice, printable(info_.title),
-                    info_.slice_end - info_.slice_begin, next_));
+    tell("print", client->from,
+         fmt::format(messages::kPrintFromSlice, printable(info_.title),
+                     info_.slice_end - info_.slice_begin, next_));
     get_ready(client);
     return {};
 }
@@ -214,6 +217,10 @@ Result<void> Receiver::take_index(Client* client, const std::vector<uint8_t>& by
         }
         complete_ = true;
         complete_at_ = seconds_now();
+        if (options_.log != nullptr) {
+            options_.log->add("complete", client->from, info_.title, next_,
+                              fmt::format("hash {:016x}", hash_));
+        }
     }
     send(client, stream::frame(Kind::kDone, {}));
     return {};

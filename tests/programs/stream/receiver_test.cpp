@@ -9,8 +9,11 @@
 #include <cstring>
 #include <span>
 
+#include "backends/job/messages.h"
+#include "backends/job/record.h"
 #include "backends/ofr/format.h"
 #include "backends/ofr/slice_codec.h"
+#include "base/json_text.h"
 #include "tests/programs/stream/stream_fixture.h"
 #include "tests/support/places/places.h"
 #include "tests/support/says/says.h"
@@ -268,6 +271,58 @@ TEST_F(Receiver, TokensCannotBeTriedOutQuickly) {
     EXPECT_EQ(open_print(&right, parts, stream::Mode::kAnew, 2, "open sesame").kind,
               stream::Kind::kReady);
     EXPECT_TRUE(receiver.says(fmt::format(tools::messages::kSenderCame, "127.0.0.1:{}")));
+}
+
+/// The story beside the output, and the log of who came, over a killed receiver.
+TEST_F(Receiver, TellsWhatItTookAndFromWhom) {
+    const std::vector<std::string> more{"--token-file", path("token"), "--log", path("audit")};
+    std::vector<std::string> slow = more;
+    slow.insert(slow.end(), kSlow.begin(), kSlow.end());
+    Running receiver(receiving(kAnyPort, "a.ofr", slow));
+    const std::string address = address_of(&receiver);
+    EXPECT_NE(run(printing(address, {"--token-file", path("wrong")})).exit_code, 0);
+    Running sender(printing(address, {"--token-file", path("token")}));
+    wait_for_slices("a.ofr");
+    receiver.kill();
+    EXPECT_THAT(run({program("openfab"), "info", path("a.ofr")}).out,
+                testing::Says(job::messages::kNobodyWrites));
+    Running again(receiving(address, "a.ofr", more));
+    EXPECT_EQ(again.end().exit_code, 0);
+    EXPECT_EQ(sender.end().exit_code, 0);
+    EXPECT_EQ(read_file(path("a.ofr")), undisturbed());
+    const Result<JsonValue> record = job::read_record(path("a.ofr.job.json"));
+    ASSERT_TRUE(record) << record.error().text();
+    std::string events;
+    for (const JsonValue& event : member_of(*record, "events")->items)
+        events += member_of(event, "event")->text + " ";
+    EXPECT_EQ(events, "start resume complete ");
+    EXPECT_THAT(member_of(member_of(*record, "events")->items[0], "from")->text,
+                HasSubstr("127.0.0.1"));
+
+    const Result<JsonValue> schema =
+        parse_json(read_file(source_dir() / "backends/job/fab_receive_log.schema.json"), "schema");
+    ASSERT_TRUE(schema) << schema.error().text();
+    std::string log = read_file(path("audit")), said;
+    for (size_t at = 0; at < log.size();) {
+        const size_t end = log.find('\n', at);
+        ASSERT_NE(end, std::string::npos);
+        const Result<JsonValue> line = parse_json(log.substr(at, end - at), "audit");
+        ASSERT_TRUE(line) << line.error().text();
+        for (const JsonValue& name : member_of(*schema, "required")->items)
+            EXPECT_NE(line->find(name.text), nullptr) << name.text;
+        EXPECT_EQ(line->members.size(), member_of(*schema, "properties")->members.size());
+        bool known = false;
+        for (const JsonValue& one :
+             member_of(*member_of(*member_of(*schema, "properties"), "event"), "enum")->items)
+            known = known || one.text == member_of(*line, "event")->text;
+        EXPECT_TRUE(known) << member_of(*line, "event")->text;
+        said += member_of(*line, "event")->text + ", ";
+        at = end + 1;
+    }
+    EXPECT_THAT(said, HasSubstr("wrong token, "));
+    EXPECT_THAT(said, HasSubstr("sender, print, sender, print, complete, "));
+    EXPECT_EQ(std::filesystem::status(path("audit")).permissions(),
+              std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
 }
 
 TEST_F(Receiver, PipesAreRefusedWhereFilesAreMeant) {

@@ -1,0 +1,59 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/openfab/audit_log.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <ctime>
+
+#include "base/json_text.h"
+#include "base/say.h"
+#include "base/system_reason.h"
+#include "tools/openfab/messages.h"
+
+namespace openfab::tools {
+
+namespace {
+
+/// "2026-11-29T17:40:00Z"
+std::string utc_now() {
+    const std::time_t now = std::time(nullptr);
+    std::tm utc{};
+    char text[32] = "";
+    if (::gmtime_r(&now, &utc) != nullptr)
+        (void)std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+    return text;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<AuditLog>> AuditLog::open(const std::string& file) {
+    constexpr mode_t kMine = 0600;
+    const int descriptor =
+        ::open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMine);
+    if (descriptor < 0)
+        return outside_error(fmt::format(messages::kCannotWrite, file, system_reason(errno)));
+    return std::unique_ptr<AuditLog>(new AuditLog(descriptor, file));
+}
+
+AuditLog::~AuditLog() {
+    ::close(descriptor_);
+}
+
+void AuditLog::add(const char* event, const std::string& from, const std::string& print,
+                   int32_t slice, const std::string& text) {
+    JsonText out;
+    out.begin_object().member("time", utc_now()).member("event", event).member("from", from);
+    out.member("print", print).member("slice", slice).member("text", text);
+    const std::string line = out.end_object().take() + "\n";
+    const ssize_t wrote = ::write(descriptor_, line.data(), line.size());
+    const bool fine = wrote == static_cast<ssize_t>(line.size()) &&
+                      (::fdatasync(descriptor_) == 0 || errno == EINVAL || errno == EROFS);
+    if (!fine && !failed_) warn(fmt::format(messages::kCannotWrite, name_, system_reason(errno)));
+    failed_ = failed_ || !fine;
+}
+
+}  // namespace openfab::tools
