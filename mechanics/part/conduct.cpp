@@ -51,6 +51,32 @@ Result<void> leave_out_insulators(ConductProblem* p) {
     return {};
 }
 
+/// Of two levels at one node: whether the holds have a face in common, or only elements that touch.
+Error holds_meet(const LoadCase& load_case, const FaceChooser& chooser, const ConductProblem& p,
+                 const ConductProblem::Kept& one, const ConductProblem::Kept& other) {
+    const auto faces_of = [&](const ConductProblem::Kept& k) {
+        Result<std::vector<Face>> faces =
+            chooser.choose(load_case.held[static_cast<size_t>(k.hold)].faces);
+        return faces ? std::move(*faces) : std::vector<Face>();
+    };
+    const std::vector<Face> a = faces_of(one), b = faces_of(other);
+    const bool common =
+        std::ranges::any_of(a, [&](const Face& f) { return std::ranges::find(b, f) != b.end(); });
+    const Grid& g = p.grid;
+    const int64_t row = one.node / g.nodes[0];
+    const int64_t at[3] = {one.node % g.nodes[0], row % g.nodes[1], row / g.nodes[1]};
+    Vec3 place;
+    for (size_t c = 0; c < 3; ++c)
+        place[c] = p.voxels.origin_mm[c] + static_cast<double>(at[c]) * g.pitch_mm[c];
+    Error error = user_error(
+        common ? fmt::format(messages::kTwoHoldsOfFlow, load_case.name, one.level, other.level)
+               : fmt::format(messages::kTwoHoldsTouch, load_case.name, one.level, other.level,
+                             place[0], place[1], place[2]),
+        messages::kFacesApart);
+    error.location = load_case.held[static_cast<size_t>(other.hold)].faces.location;
+    return error;
+}
+
 Result<void> keep(const LoadCase& load_case, const FaceChooser& chooser, ConductProblem* p) {
     for (size_t h = 0; h < load_case.held.size(); ++h) {
         const Holding& holding = load_case.held[h];
@@ -74,13 +100,8 @@ Result<void> keep(const LoadCase& load_case, const FaceChooser& chooser, Conduct
     }
     std::ranges::stable_sort(p->kept, {}, &ConductProblem::Kept::node);
     for (size_t i = 1; i < p->kept.size(); ++i)
-        if (p->kept[i].node == p->kept[i - 1].node && p->kept[i].level != p->kept[i - 1].level) {
-            Error error = user_error(fmt::format(messages::kTwoHoldsOfFlow, load_case.name,
-                                                 p->kept[i - 1].level, p->kept[i].level),
-                                     messages::kFacesApart);
-            error.location = load_case.held[static_cast<size_t>(p->kept[i].hold)].faces.location;
-            return error;
-        }
+        if (p->kept[i].node == p->kept[i - 1].node && p->kept[i].level != p->kept[i - 1].level)
+            return holds_meet(load_case, chooser, *p, p->kept[i - 1], p->kept[i]);
     const auto same = std::ranges::unique(p->kept, {}, &ConductProblem::Kept::node);
     p->kept.erase(same.begin(), same.end());
     return {};
@@ -110,9 +131,19 @@ Result<void> feed(const LoadCase& load_case, const FaceChooser& chooser, const P
         }
         const std::vector<LoadedFace> loaded =
             loaded_faces(p->grid, p->voxels, p->elements.kind, *faces);
-        double area = 0;
-        for (const LoadedFace& f : loaded)
+        double area = 0, free = 0;
+        for (const LoadedFace& f : loaded) {
             area += f.area;
+            for (const int64_t node : nodes_of(p->grid, f.face))
+                if (!std::ranges::binary_search(p->kept, node, {}, &ConductProblem::Kept::node))
+                    free += f.area / 4;
+        }
+        constexpr double kNone = 1e-9, kHalf = 0.5;
+        if (free < kNone * area)
+            p->notes.push_back(fmt::format(messages::kLoadOnHeld, load.faces.text));
+        else if (free < kHalf * area)
+            p->notes.push_back(
+                fmt::format(messages::kLoadPartlyOnHeld, 100 * (1 - free / area), load.faces.text));
         for (const auto& [f, own] : loaded)
             for (const int64_t node : nodes_of(p->grid, f))
                 *at_node(p->grid, &p->inflow, node) += *load.inflow * own / area / 4;

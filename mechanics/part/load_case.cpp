@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/near_miss.h"
 #include "mechanics/messages.h"
 
 namespace openfab::mechanics {
@@ -20,7 +21,12 @@ constexpr const char* kFaceKeys[] = {"object", "box_mm", "point_mm", "normal", "
 
 class CaseReader {
   public:
-    explicit CaseReader(std::string file) : file_(std::move(file)) {}
+    /// `objects`: those of the world, where it has any.
+    CaseReader(std::string file, const JsonMember* objects) : file_(std::move(file)) {
+        if (objects)
+            for (const JsonMember& m : objects->value.members)
+                objects_.push_back(m.key);
+    }
 
     Result<LoadCase> read(const JsonMember& member);
 
@@ -46,6 +52,7 @@ class CaseReader {
     Result<void> check_flow(const JsonMember& member, const LoadCase& c) const;
 
     std::string file_;
+    std::vector<std::string> objects_;
     std::optional<CaseKind> kind_;
     std::string by_;  ///< the key that said so
 };
@@ -93,6 +100,9 @@ Result<bool> CaseReader::face_key(const JsonMember& m, FaceChoice* out) const {
     if (m.key == "object") {
         if (!m.value.is(JsonValue::Kind::kString) || m.value.text.empty())
             return at(m.value, messages::kMustObjectName);
+        if (!objects_.empty() && std::ranges::find(objects_, m.value.text) == objects_.end())
+            return at(m.value, fmt::format(messages::kNoSuchObject, m.value.text),
+                      suggest(m.value.text, objects_));
         out->object = m.value.text;
     } else if (m.key == "box_mm") {
         if (!m.value.is(JsonValue::Kind::kArray) || m.value.items.size() != 2)
@@ -163,6 +173,9 @@ Result<Holding> CaseReader::holding(const JsonValue& value) {
         if (volt || m.key == "celsius") {
             const Result<double> level = number(m);
             if (!level) return level.error();
+            constexpr double kAbsoluteZero = -273.15;
+            if (!volt && *level < kAbsoluteZero)
+                return at(m.value, fmt::format(messages::kBelowAbsoluteZero, *level));
             out.level = *level;
         } else if (m.key == "along") {
             const std::string& axes = m.value.text;
@@ -312,7 +325,7 @@ Result<LoadCase> parse_load_case(const std::string& text, const std::string& fil
     const JsonMember* found = name.empty() ? cases->value.members.data() : cases->value.find(name);
     if (!found)
         return usage_error(fmt::format(messages::kNoSuchCase, name, fmt::join(names, ", ")));
-    return CaseReader(file).read(*found);
+    return CaseReader(file, json->find("objects")).read(*found);
 }
 
 Result<void> check_kind(const LoadCase& c, bool flows) {

@@ -229,5 +229,50 @@ TEST(MechanicsConduct, SpheresAreMaxwells) {
     }
 }
 
+// What does nothing is told, as of forces, and what cannot be is refused.
+TEST(MechanicsConduct, HoldsAndLoadsThatMeetAreTold) {
+    const auto bar = [] { return box({12, 4, 4}, 1, [](const Vec3&) { return 50.0; }); };
+    const auto set_up = [&](const std::string& text) {
+        const Result<LoadCase> c = case_of(text);
+        EXPECT_TRUE(c) << c.error().text();
+        return set_up_conduct(bar(), *c, {});
+    };
+    const Result<ConductProblem> idle =
+        set_up(R"({"held": [{"side": "-x", "volt": 0}], "loads": [{"side": "-x", "ampere": 1}]})");
+    ASSERT_TRUE(idle) << idle.error().text();
+    ASSERT_EQ(idle->notes.size(), 1U);
+    EXPECT_THAT(idle->notes[0], testing::Says(messages::kLoadOnHeld));
+    const Result<ConductProblem> free =
+        set_up(R"({"held": [{"side": "-x", "volt": 0}], "loads": [{"side": "+x", "ampere": 1}]})");
+    ASSERT_TRUE(free) << free.error().text();
+    EXPECT_TRUE(free->notes.empty());
+    // Two sides of a bar have an edge in common, but no face.
+    const Result<ConductProblem> edge =
+        set_up(R"({"held": [{"side": "-x", "volt": 0}, {"side": "-y", "volt": 1}]})");
+    ASSERT_FALSE(edge);
+    EXPECT_THAT(edge.error().text(), testing::Says(messages::kTwoHoldsTouch, "one", "0", "1"));
+    const Result<ConductProblem> same =
+        set_up(R"({"held": [{"side": "-x", "volt": 0}, {"side": "-x", "volt": 1}]})");
+    ASSERT_FALSE(same);
+    EXPECT_THAT(same.error().text(), testing::Says(messages::kTwoHoldsOfFlow, "one", "0", "1"));
+    EXPECT_THAT(
+        refused(R"({"held": [{"side": "-x", "celsius": -274}, {"side": "+x", "celsius": 0}]})"),
+        testing::Says(messages::kBelowAbsoluteZero));
+    EXPECT_EQ(
+        refused(R"({"held": [{"side": "-x", "celsius": -273.15}, {"side": "+x", "celsius": 0}]})"),
+        "");
+}
+
+TEST(MechanicsConduct, AMistypedObjectIsNamedWithItsPlace) {
+    const Result<LoadCase> c = parse_load_case(
+        "{\"objects\": {\"mark\": {}, \"bar\": {}},\n\"cases\": {\"one\": {\"held\": [\n"
+        "{\"object\": \"marc\", \"volt\": 1}]}}}",
+        "w.fab.json", "");
+    ASSERT_FALSE(c);
+    EXPECT_THAT(c.error().text(), testing::Says(messages::kNoSuchObject, "marc"));
+    EXPECT_EQ(c.error().location.line, 3);
+    EXPECT_THAT(c.error().help, ::testing::HasSubstr("`mark`"));
+}
+
 }  // namespace
 }  // namespace openfab::mechanics
