@@ -181,6 +181,38 @@ Result<PartInput> PartSource::read_halved(const Vec3& pitch_mm, const LoadCase& 
     return out;
 }
 
+Result<FootLayers> PartSource::read_foot(const Vec3& pitch_mm, double height_mm) const {
+    const Result<BuildSize> size = this->size();
+    if (!size) return size.error();
+    // Many to a side whatever elements there are, so that what a foot is like does not depend on these; cubes, but in
+    // a plate, which has some layers as well.
+    constexpr double kAlong = 512, kMostAlong = 2000, kFiner = 4, kOfHeight = 32;
+    const double side = std::max(size->mm[0], size->mm[1]);
+    const double pitch = std::max(
+        std::min(side / kAlong, *std::ranges::min_element(pitch_mm) / kFiner), side / kMostAlong);
+    const double layer = std::min(pitch, size->mm[2] / kOfHeight);
+    const Result<PrintRequest> asked = request(pitch_mm);
+    if (!asked) return asked.error();
+    PrintRequest request = *asked;
+    request.pitch_mm = {pitch, pitch, layer};
+    request.supersample = 0;
+    for (size_t a = 0; a < 3; ++a)
+        request.lattice_mm[a] = request.pitch_mm[a] / 8;
+    // The lowest element may be the second of a part that begins within the first.
+    const double above = height_mm + 2 * std::min(pitch_mm[2], size->mm[2]);
+    const int slices = static_cast<int>(std::ceil(above / layer)) + kFootLayers;
+    const Result<fs::path> printed = print_lowest(request, slices, folder_);
+    if (!printed) return printed.error();
+    const Result<VoxelFile> file = open_voxels(*printed);
+    if (!file) return file.error();
+    Result<std::vector<uint8_t>> codes = read_codes(*file);
+    if (!codes) return codes.error();
+    FootLayers out{file->size, file->pitch_mm, file->origin_mm, std::move(*codes)};
+    std::error_code ignored;
+    fs::remove(*printed, ignored);
+    return out;
+}
+
 Result<void> PartSource::check_gravity(const PartInput& input, const LoadCase& load_case) const {
     if (!load_case.gravity_m_s2) return {};
     for (const Material& m : input.materials)

@@ -12,6 +12,7 @@
 #include "mechanics/command/options.h"
 #include "mechanics/model/print_world.h"
 #include "mechanics/part/surface.h"
+#include "mechanics/stand/contact.h"
 
 namespace openfab::mechanics {
 
@@ -40,6 +41,9 @@ class PartSource {
     /// finer print is another one.
     Result<PartInput> read_halved(const Vec3& pitch_mm, const LoadCase& load_case,
                                   const std::function<int64_t(const Grid&)>& bytes) const;
+    /// What the part stands on, finer than elements of `pitch_mm`, of a part up to `height_mm` above where its
+    /// elements begin.
+    Result<FootLayers> read_foot(const Vec3& pitch_mm, double height_mm) const;
     /// Of a case with gravity: whether all densities are known.
     Result<void> check_gravity(const PartInput& input, const LoadCase& load_case) const;
     /// Voxels come with what conducts such flows as their conductivity.

@@ -106,6 +106,34 @@ std::string describe_pushes(const StandResult& r) {
     return out;
 }
 
+std::string describe_foot(const Stand& s) {
+    const Foot& f = s.foot;
+    switch (f.kind) {
+        case Foot::Kind::kStands:
+            return fmt::format(
+                "it stands           and may be tilted by {:.1f} degrees, towards {}\n",
+                s.margin_deg, direction(f.towards));
+        case Foot::Kind::kRocks:
+            return fmt::format("it rocks, and stands on a round side with a radius of {:.4g} mm\n",
+                               f.round_mm);
+        case Foot::Kind::kRolls:
+            return fmt::format(
+                "it rolls or tips    towards {}: its foot is an edge, a tip or round, with "
+                "a radius of {:.2g} mm\n",
+                direction(f.towards), f.round_mm);
+        case Foot::Kind::kFalls:
+            return fmt::format(
+                "it falls            towards {}: its centre of mass is {:.1f} degrees "
+                "outside of what it stands on\n",
+                direction(f.towards), -s.margin_deg);
+        default:
+            return fmt::format(
+                "not resolved        whether it stands: its centre of mass is within {:.2g} "
+                "mm of the edge of its foot, towards {}\n",
+                f.error_mm, direction(f.towards));
+    }
+}
+
 std::string describe_stand(const StandResult& r) {
     const Stand& s = r.stand;
     std::string out;
@@ -121,17 +149,7 @@ std::string describe_stand(const StandResult& r) {
                        stand_point(s.centre_mm), s.centre_mm[2] - s.floor_mm);
     out += fmt::format("contact             {:.4g} mm2, a hull of {} corners\n", s.contact_mm2,
                        s.hull_mm.size());
-    out +=
-        s.round_mm > 0 ? fmt::format("{}by {:.1f} degrees of tilt: {}\n",
-                                     s.stands() ? "it rocks, and stands " : "it rolls or tips    ",
-                                     s.margin_deg, messages::kStaircase)
-        : s.margin_deg > 0
-            ? fmt::format("it stands           and may be tilted by {:.1f} degrees, towards {}\n",
-                          s.margin_deg, direction(s.falls_towards))
-            : fmt::format(
-                  "it falls            towards {}: its centre of mass is {:.1f} degrees "
-                  "outside of what it stands on\n",
-                  direction(s.falls_towards), -s.margin_deg);
+    out += describe_foot(s);
     out += "thinnest, mm              x        y        z  thickness\n";
     for (const ThinPlace& t : r.thin)
         out += fmt::format("                    {:8.2f} {:8.2f} {:8.2f} {:10.3g}  {}\n", t.at_mm[0],
@@ -188,7 +206,9 @@ std::string json_of(const StandResult& r) {
     out.member("volume_mm3", s.volume_mm3);
     write_vector_of("centre_mm", s.centre_mm, &out);
     out.member("contact_mm2", s.contact_mm2).member("margin_deg", s.margin_deg);
-    out.member("stands", s.stands()).member("on_a_staircase", s.round_mm > 0);
+    out.member("stands", s.stands())
+        .member("resolved", s.foot.kind != Foot::Kind::kNotResolved)
+        .member("round_mm", s.foot.round_mm);
     out.key("hull_mm").begin_array();
     for (const std::array<double, 2>& p : s.hull_mm)
         out.begin_array().value(p[0]).value(p[1]).end_array();
@@ -342,6 +362,18 @@ Result<void> solve_weight(const StandOptions& o, size_t holds, StandResult* r) {
     return {};
 }
 
+Result<void> check_stands(const Stand& s) {
+    const std::array<double, 2>& to = s.foot.towards;
+    if (s.stands()) return {};
+    if (s.foot.kind == Foot::Kind::kNotResolved)
+        return user_error(fmt::format(messages::kStandNotResolved, s.foot.error_mm),
+                          messages::kStandNotResolvedHelp);
+    return user_error(s.foot.kind == Foot::Kind::kRolls
+                          ? fmt::format(messages::kRolls, s.foot.round_mm,
+                                        s.centre_mm[2] - s.floor_mm, to[0], to[1])
+                          : fmt::format(messages::kFalls, to[0], to[1]));
+}
+
 }  // namespace
 
 Result<void> run_stand(const StandOptions& o) {
@@ -370,6 +402,10 @@ Result<void> run_stand(const StandOptions& o) {
     r.problem = std::move(*problem);
     r.problem.notes.insert(r.problem.notes.begin(), input->doubts.begin(), input->doubts.end());
     r.stand = stand_of(r.problem.grid, r.problem.voxels, r.problem.elements, r.weighs);
+    const Result<FootLayers> foot = source->read_foot(
+        r.problem.grid.pitch_mm, r.stand.floor_mm - r.problem.voxels.origin_mm[2]);
+    if (!foot) return foot.error();
+    r.stand.look_at(*foot);
     constexpr size_t kPlaces = 6;
     r.thin = thinnest(r.problem.grid, r.problem.voxels, r.problem.elements.kind, kPlaces);
     // As dithered each voxel is alone.
@@ -427,10 +463,7 @@ Result<void> run_stand(const StandOptions& o) {
             !done)
             return done;
     }
-    const std::array<double, 2>& to = r.stand.falls_towards;
-    if (r.stand.stands()) return {};
-    return user_error(r.stand.margin_deg > 0 ? fmt::format(messages::kRolls, to[0], to[1])
-                                             : fmt::format(messages::kFalls, to[0], to[1]));
+    return check_stands(r.stand);
 }
 
 }  // namespace openfab::mechanics

@@ -148,6 +148,14 @@ Result<fs::path> print_voxels(const PrintRequest& request, const fs::path& folde
         request.codes ? std::vector<std::string>{"--bleed", "undo"} : std::vector<std::string>());
 }
 
+Result<fs::path> print_lowest(const PrintRequest& request, int slices, const fs::path& folder) {
+    PrintRequest lowest = request;
+    lowest.codes = true;
+    lowest.dither = "majority";
+    return print_array(lowest, folder, "lowest",
+                       {"--bleed", "undo", "--slices", fmt::format("0:{}", slices)});
+}
+
 Result<fs::path> print_object(const PrintRequest& request, const std::string& object, int around,
                               const fs::path& folder) {
     PrintRequest solid = request;

@@ -43,6 +43,10 @@ Result<std::filesystem::path> print_voxels(const PrintRequest& request,
                                            const std::filesystem::path& folder,
                                            const std::string& name);
 
+/// The same of the lowest slices alone, as codes without a dither.
+Result<std::filesystem::path> print_lowest(const PrintRequest& request, int slices,
+                                           const std::filesystem::path& folder);
+
 /// Writes where an object of the world is, where the build has it, else where its mesh lies: all of it
 /// that is in the grid of the build and `around` voxels about it is of the first material.
 Result<std::filesystem::path> print_object(const PrintRequest& request, const std::string& object,

@@ -10,30 +10,6 @@ namespace openfab::mechanics {
 
 using HullPoint = std::array<double, 2>;
 
-std::vector<HullPoint> convex_hull(std::vector<HullPoint> p) {
-    std::ranges::sort(p);
-    p.erase(std::ranges::unique(p).begin(), p.end());
-    if (p.size() < 3) return p;
-    const auto left = [](const HullPoint& a, const HullPoint& b, const HullPoint& c) {
-        return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-    };
-    std::vector<HullPoint> out(2 * p.size());
-    size_t k = 0;
-    for (const HullPoint& one : p) {
-        while (k >= 2 && left(out[k - 2], out[k - 1], one) <= 0)
-            --k;
-        out[k++] = one;
-    }
-    const size_t lower = k + 1;
-    for (size_t i = p.size() - 1; i-- > 0;) {
-        while (k >= lower && left(out[k - 2], out[k - 1], p[i]) <= 0)
-            --k;
-        out[k++] = p[i];
-    }
-    out.resize(k - 1);
-    return out;
-}
-
 namespace {
 
 /// The convex hull of a layer's solid elements.
@@ -58,50 +34,17 @@ std::vector<HullPoint> hull_of(const Grid& g, const Voxels& v, const PartElement
     return convex_hull(std::move(corners));
 }
 
-/// How far a point is inside of a hull, from its nearest edge; below 0 outside.
-double inside_of(const std::vector<HullPoint>& hull, const Vec3& centre, HullPoint* towards) {
-    double least = 1e300;
-    for (size_t i = 0; i < hull.size(); ++i) {
-        const HullPoint& a = hull[i];
-        const HullPoint& b = hull[(i + 1) % hull.size()];
-        const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
-        const HullPoint outwards{(b[1] - a[1]) / length, -(b[0] - a[0]) / length};
-        const double inside = outwards[0] * (a[0] - centre[0]) + outwards[1] * (a[1] - centre[1]);
-        if (inside >= least) continue;
-        least = inside;
-        *towards = outwards;
-    }
-    return least;
-}
-
-/// The radius of what the lowest layers grow like, or 0 where they do not grow as a staircase does. The square
-/// of a ball's section grows by twice its radius with each mm; a flat side's begins with a size of its own.
-double round_of(const Grid& g, const Voxels& v, const PartElements& elements, int32_t lowest,
-                const Vec3& centre) {
-    // A twelfth of the part, and not a single layer, for what two layers say is as rough as voxels are.
-    int32_t highest = lowest;
-    for (int32_t z = lowest; z < g.elements[2]; ++z)
-        for (int32_t i = 0; i < g.elements[0] * g.elements[1]; ++i)
-            if (elements.kind[g.element(0, 0, z) + static_cast<size_t>(i)] == kSolid) {
-                highest = z;
-                break;
-            }
-    const int32_t far = std::max(2, (highest - lowest + 1) / 12);
-    if (lowest + 2 * far > highest) return 0;
-    double square[3], ignored = 0;
-    HullPoint towards;
-    for (int32_t k = 0; k < 3; ++k) {
-        const double inside =
-            inside_of(hull_of(g, v, elements, lowest + k * far, &ignored), centre, &towards);
-        if (!(inside > 0) || inside > 1e200) return 0;
-        square[k] = inside * inside;
-    }
-    const double first = square[1] - square[0], second = square[2] - square[1];
-    // At the ground, half an element below the first layer's middle.
-    const double ground = square[0] - first / (2 * far);
-    constexpr double kGrowsOn = 0.3, kVanishes = 0.3;
-    if (!(first > 0) || second < kGrowsOn * first || ground > kVanishes * square[0]) return 0;
-    return first / (2 * far * g.pitch_mm[2]);
+/// The lowest layers of solid elements.
+FootLayers layers_of(const Grid& g, const Voxels& v, const PartElements& elements, int32_t lowest) {
+    FootLayers out;
+    out.size = {g.elements[0], g.elements[1], std::min(kFootLayers, g.elements[2] - lowest)};
+    out.pitch_mm = g.pitch_mm;
+    out.origin_mm = {v.origin_mm[0], v.origin_mm[1], v.origin_mm[2] + lowest * g.pitch_mm[2]};
+    for (int32_t z = lowest; z < lowest + out.size[2]; ++z)
+        for (int32_t y = 0; y < g.elements[1]; ++y)
+            for (int32_t x = 0; x < g.elements[0]; ++x)
+                out.inside.push_back(elements.kind[g.element(x, y, z)] == kSolid ? 1 : 0);
+    return out;
 }
 
 }  // namespace
@@ -130,11 +73,21 @@ Stand stand_of(const Grid& g, const Voxels& v, const PartElements& elements, boo
         out.centre_mm[a] = moment[a] / mass;
     out.floor_mm = v.origin_mm[2] + lowest * g.pitch_mm[2];
     out.hull_mm = hull_of(g, v, elements, lowest, &out.contact_mm2);
-    const double height = out.centre_mm[2] - out.floor_mm;
-    const double least = inside_of(out.hull_mm, out.centre_mm, &out.falls_towards);
-    out.margin_deg = std::atan2(least, height) * 180 / std::numbers::pi;
-    out.round_mm = round_of(g, v, elements, lowest, out.centre_mm);
+    out.look_at(layers_of(g, v, elements, lowest));
     return out;
+}
+
+void Stand::look_at(const FootLayers& layers) {
+    // The ground of finer voxels is lower than that of elements, which are half full.
+    const auto lowest = std::ranges::find_if(layers.inside, [](uint8_t c) { return c != 0; });
+    if (lowest != layers.inside.end())
+        floor_mm =
+            layers.origin_mm[2] +
+            layers.pitch_mm[2] * static_cast<double>((lowest - layers.inside.begin()) /
+                                                     (int64_t{layers.size[0]} * layers.size[1]));
+    const double height = centre_mm[2] - floor_mm;
+    foot = foot_of(layers, {centre_mm[0], centre_mm[1]}, height);
+    margin_deg = std::atan2(foot.margin_mm, height) * 180 / std::numbers::pi;
 }
 
 }  // namespace openfab::mechanics

@@ -67,7 +67,7 @@ TEST(MechanicsStand, AColumnTiltsByItsHalfWidthOverItsHalfHeight) {
     EXPECT_NEAR(s.margin_deg, std::atan2(2, 10) * 180 / std::numbers::pi, 1e-9);
     EXPECT_EQ(s.hull_mm.size(), 4U);
     EXPECT_NEAR(s.contact_mm2, 24, 1e-9);
-    EXPECT_NEAR(std::abs(s.falls_towards[0]), 1, 1e-12);
+    EXPECT_NEAR(std::abs(s.foot.towards[0]), 1, 1e-12);
 }
 
 TEST(MechanicsStand, AnArmThatReachesTooFarFalls) {
@@ -76,7 +76,7 @@ TEST(MechanicsStand, AnArmThatReachesTooFarFalls) {
         looked(solid({24, 4, 8}, 0.5, [](const Vec3& p) { return p[0] < 2 || p[2] > 2; }));
     const Stand s = stand_of(l.grid, l.voxels, l.elements, true);
     EXPECT_LT(s.margin_deg, 0);
-    EXPECT_NEAR(s.falls_towards[0], 1, 1e-12);
+    EXPECT_NEAR(s.foot.towards[0], 1, 1e-12);
     // By hand: foot 2 x 2 at 1, arm 12 x 2 at 6.
     const double x = (4 * 1 + 24 * 6) / 28.0, z = (4 * 1 + 24 * 3) / 28.0;
     EXPECT_NEAR(s.margin_deg, std::atan2(2 - x, z) * 180 / std::numbers::pi, 1e-9);
@@ -89,8 +89,8 @@ TEST(MechanicsStand, AStaircaseOfVoxelsIsNoFoot) {
                            const std::function<bool(const Vec3&)>& of) {
         const Looked l = looked(solid(size, 0.5, of));
         const Stand s = stand_of(l.grid, l.voxels, l.elements, true);
-        EXPECT_GT(s.margin_deg, 0);
-        return std::pair(s.stands(), s.round_mm);
+        EXPECT_GE(s.margin_deg, 0);
+        return std::pair(s.stands(), s.foot.round_mm);
     };
     const auto square = [](double a) { return a * a; };
     for (const int32_t n : {20, 41, 80}) {
