@@ -74,7 +74,9 @@ void note_large(PartRun* r) {
 Result<void> look_at_buckling(const PartCommandOptions& o, PartRun* r) {
     if (o.buckling == "never" || !(r->summary.most_von_mises_MPa > 0)) return {};
     const bool always = o.buckling == "always";
-    const double about = least_buckling_factor(r->problem, r->fields);
+    size_t where = 0;
+    const double about =
+        least_buckling_factor(r->problem, r->fields, &r->solution.moved_mm, o.common.codes, &where);
     constexpr double kClear = 4, kFar = 1000;
     if (!always && about > kClear * std::max(1.0, o.require)) {
         r->summary.buckling = Buckling();
@@ -92,10 +94,21 @@ Result<void> look_at_buckling(const PartCommandOptions& o, PartRun* r) {
         return {};
     }
     SolveProgress progress(o.common.quiet, 1, kBucklingTolerance);
-    Buckling found =
-        buckling_of(&r->problem, &r->solution.moved_mm, kFar, solve_options(o.common, &progress));
+    // Of a slender part a search takes some hundred iterations; of one that is hard to solve it ends some times later
+    // than its solution.
+    constexpr int kMostWork = 300, kTimes = 6;
+    const int most_work = std::max(kMostWork, kTimes * r->solution.report.iterations);
+    Buckling found = buckling_of(&r->problem, &r->solution.moved_mm, kFar,
+                                 solve_options(o.common, &progress), always ? INT_MAX : most_work);
     if (found.stopped) return interrupted_error();
+    if (found.given_up) {
+        r->problem.notes.push_back(fmt::format(messages::kBucklingGivenUp, about));
+        return {};
+    }
     if (!found.converged) r->problem.notes.emplace_back(messages::kBucklingRough);
+    if (!o.common.codes)
+        found.excess =
+            cut_excess(r->problem.grid, r->problem.voxels, r->problem.elements.kind, where);
     r->summary.buckling = found;
     return {};
 }
@@ -141,8 +154,12 @@ Result<void> check_required(double required, const PartSummary& s) {
     if (!(s.least_safety > 0)) return user_error(messages::kNoStrength);
     if (!(s.least_safety >= required))
         return user_error(fmt::format(messages::kFactorTooSmall, s.least_safety, required));
-    if (s.buckling && s.buckling->factor > 0 && s.buckling->factor < required)
-        return user_error(fmt::format(messages::kBucklesBelow, s.buckling->factor, required));
+    if (s.buckling && s.buckling->factor > 0 && s.buckling->factor / s.buckling->excess < required)
+        return user_error(fmt::format(messages::kBucklesBelow,
+                                      s.buckling->factor / s.buckling->excess, required));
+    if (s.least_safety_cut > 0 && s.least_safety_cut < required)
+        return user_error(fmt::format(messages::kFactorCut, s.least_safety_cut),
+                          messages::kFactorCutHelp);
     if (verdict_of(s) == Verdict::kUnresolved ||
         (s.least_safety_unresolved > 0 && s.least_safety_unresolved < required))
         return user_error(fmt::format(messages::kFactorUnresolved, s.least_safety_unresolved),

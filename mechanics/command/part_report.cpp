@@ -46,6 +46,8 @@ const char* verdict_text(const PartSummary& s) {
             return ": nothing strains it\n";
         case Verdict::kCoarse:
             return messages::kUnresolvedCoarse;
+        case Verdict::kCut:
+            return messages::kUnresolvedCut;
         default:
             return messages::kUnresolvedThin;
     }
@@ -53,7 +55,9 @@ const char* verdict_text(const PartSummary& s) {
 
 std::string buckling_text(const Buckling& b) {
     if (b.factor > 0)
-        return fmt::format("buckles             at {:.4g} times the loads, {} at {} mm\n", b.factor,
+        return fmt::format("buckles             at {:.4g} times the loads{}, {} at {} mm\n",
+                           b.factor,
+                           b.excess > 1 ? fmt::format(" or {:.3g}", b.factor / b.excess) : "",
                            point(b.moves), point(b.moves_at_mm));
     return fmt::format("buckles             above {:.3g} times the loads, if at all\n", b.at_least);
 }
@@ -153,14 +157,16 @@ void write_result(const PartRun& r, const LoadCase& load_case, JsonText* out) {
         out->value(s.least_safety_away);
     else
         out->null();
-    constexpr const char* kVerdicts[] = {"unknown", "not strained", "not resolved", "not resolved",
-                                         "breaks",  "buckles",      "holds"};
+    constexpr const char* kVerdicts[] = {"unknown",      "not strained", "not resolved",
+                                         "not resolved", "not resolved", "breaks",
+                                         "buckles",      "holds"};
     out->member("verdict", kVerdicts[static_cast<size_t>(verdict_of(s))]);
     out->key("buckling");
     if (s.buckling) {
         out->begin_object();
         if (s.buckling->factor > 0) {
-            out->member("factor", s.buckling->factor);
+            out->member("factor", s.buckling->factor)
+                .member("factor_at_least", s.buckling->factor / s.buckling->excess);
             write_vector("moves_most_at_mm", s.buckling->moves_at_mm, out);
             write_vector("along", s.buckling->moves, out);
         } else {

@@ -24,4 +24,9 @@ constexpr int kUnresolved = 2 * kAcrossStep - 2, kCoarse = 4 * kAcrossStep - 2;
 std::vector<uint8_t> elements_across(const Grid& grid, const Voxels& voxels,
                                      std::span<const uint8_t> kind, bool dithered);
 
+/// How many times as stiff, and its stress as small, a part may be where its surface goes through elements: these have
+/// their share of the material in their middle, so it lies too far out. 1 where it does not, or many lie across.
+double cut_excess(const Grid& grid, const Voxels& voxels, std::span<const uint8_t> kind,
+                  size_t element);
+
 }  // namespace openfab::mechanics

@@ -93,8 +93,17 @@ struct Image {
 class Search {
   public:
     Search(const Grid& g, const ElementOperator<kElastic>& a, const GeometricOperator& b,
-           const SolveOptions& o)
-        : g_(g), a_(a), b_(b), o_(o), multigrid_(a, o.multigrid), x_(g), w_(g), p_(g), forces_(g) {}
+           const SolveOptions& o, int most_work)
+        : g_(g),
+          a_(a),
+          b_(b),
+          o_(o),
+          most_work_(most_work),
+          multigrid_(a, o.multigrid),
+          x_(g),
+          w_(g),
+          p_(g),
+          forces_(g) {}
 
     void run(double far, Buckling* out);
     const Vector& shape() const { return x_.x; }
@@ -116,6 +125,9 @@ class Search {
     const ElementOperator<kElastic>& a_;
     const GeometricOperator& b_;
     const SolveOptions& o_;
+    int most_work_, work_ = 0, iteration_ = 1;
+    double residual_ = 1;
+    bool stopped_ = false;
     Multigrid<kElastic> multigrid_;
     Image x_, w_, p_;
     Vector forces_;
@@ -130,7 +142,12 @@ void Search::give_way(const Vector& forces, Vector* to) {
     SolveOptions loose;
     loose.tolerance = 0.03;
     loose.most_iterations = 80;
-    solve(a_, &multigrid_, &forces_, to, loose);
+    // One solution may take as long as the whole search of a small part.
+    if (o_.progress)
+        loose.progress = [this](int, double) { return o_.progress(iteration_, residual_); };
+    const SolveReport report = solve(a_, &multigrid_, &forces_, to, loose);
+    work_ += report.iterations;
+    stopped_ = stopped_ || report.stopped;
     a_.fix(to);
 }
 
@@ -207,6 +224,10 @@ void Search::run(double far, Buckling* out) {
     constexpr int kLeast = 4, kMost = 60;
     Vector residual(g_);
     for (out->iterations = 1; out->iterations <= kMost; ++out->iterations) {
+        out->stopped = stopped_;
+        out->given_up = !stopped_ && work_ > most_work_;
+        if (out->stopped || out->given_up) return;
+        iteration_ = out->iterations;
         // What is carried along drifts.
         if (out->iterations % 16 == 0) apply(&x_);
         combine<2>(g_, {&x_.pushed, &x_.stiff}, {1, -quotient}, &residual);
@@ -220,10 +241,7 @@ void Search::run(double far, Buckling* out) {
         out->residual = std::sqrt(square) / std::max(std::abs(quotient), 1e-300);
         if (out->residual < kBucklingTolerance) break;
         if (out->iterations >= kLeast && quotient + std::sqrt(square) < 1 / far) break;
-        if (o_.progress && !o_.progress(out->iterations, out->residual)) {
-            out->stopped = true;
-            return;
-        }
+        residual_ = out->residual;
         apply(&w_);
         quotient = improve();
     }
@@ -234,18 +252,14 @@ void Search::run(double far, Buckling* out) {
         out->at_least = far;
 }
 
-}  // namespace
-
-double least_buckling_factor(const PartProblem& p, const PartFields& fields) {
+/// How far the part goes on from each element, along the axis along which it is thinnest.
+std::vector<float> thickness_of(const PartProblem& p) {
     const Grid& g = p.grid;
-    // How far the part goes on from each element, along the axis along which it is thinnest.
-    std::vector<float> thick(fields.von_mises_MPa.size(), 1e30F);
+    std::vector<float> thick(p.elements.kind.size(), 1e30F);
     const size_t stride[3] = {
         1, static_cast<size_t>(g.elements[0]),
         static_cast<size_t>(g.elements[0]) * static_cast<size_t>(g.elements[1])};
-    double longest = 0;
     for (size_t axis = 0; axis < 3; ++axis) {
-        longest = std::max(longest, g.elements[axis] * g.pitch_mm[axis]);
         const auto n = static_cast<size_t>(g.elements[axis]);
         const size_t a = (axis + 1) % 3, b = (axis + 2) % 3, step = stride[axis];
         for_each_index(g.elements[b], [&](int32_t j) {
@@ -264,6 +278,74 @@ double least_buckling_factor(const PartProblem& p, const PartFields& fields) {
             }
         });
     }
+    return thick;
+}
+
+/// Euler's factor of a strut of a part, clamped at one end: pressed by so many MPa, `slender` thick for its length.
+double strut_factor(double young, double slender, double pressed) {
+    return std::numbers::pi * std::numbers::pi / 48 * young * slender * slender / pressed;
+}
+
+/// Mean stresses and strains of a block of a dithered part, and where it is thinnest.
+struct Block {
+    std::array<double, 6> stress{}, strain{};  ///< sums
+    int32_t elements = 0;
+    float thick = 1e30F;
+};
+
+/// The least factor of blocks. A block is about as stiff as its mean stress is to its mean strain.
+double least_of_blocks(const PartProblem& p, Field<double, kElastic>* moved,
+                       const std::vector<float>& thick, double longest) {
+    const Grid& g = p.grid;
+    constexpr int32_t kSide = 8;
+    for_each_index(g.nodes[2], [&](int32_t z) { moved->fill_ghosts(z); });
+    const auto blocks = [&](size_t a) { return (g.elements[a] + kSide - 1) / kSide; };
+    std::vector<double> least(static_cast<size_t>(blocks(2)), 1e6);
+    for_each_index(blocks(2), [&](int32_t layer) {
+        std::vector<Block> all(static_cast<size_t>(blocks(0)) * static_cast<size_t>(blocks(1)));
+        for (int32_t z = layer * kSide; z < std::min((layer + 1) * kSide, g.elements[2]); ++z)
+            for (int32_t y = 0; y < g.elements[1]; ++y)
+                for (int32_t x = 0; x < g.elements[0]; ++x) {
+                    const size_t e = g.element(x, y, z);
+                    if (p.elements.kind[e] != kSolid) continue;
+                    Block& b = all[static_cast<size_t>(y / kSide * blocks(0) + x / kSide)];
+                    const auto strain = strain_of(centre_gradient(*moved, g, x, y, z));
+                    const auto stress = stress_of(strain, static_cast<double>(p.voxels.lambda[e]),
+                                                  static_cast<double>(p.voxels.mu[e]));
+                    for (size_t i = 0; i < 6; ++i) {
+                        b.stress[i] += stress[i];
+                        b.strain[i] += strain[i];
+                    }
+                    ++b.elements;
+                    b.thick = std::min(b.thick, thick[e]);
+                }
+        for (const Block& b : all) {
+            // Of what is solid: a rod that is thinner than a block is pressed no less for the air around it.
+            const double pressed = -principal_of(b.stress)[0] / std::max(1, b.elements);
+            if (!(pressed > 0)) continue;
+            double stresses = 0, strains = 0;
+            for (size_t i = 0; i < 3; ++i) {
+                stresses += b.stress[i] * b.stress[i] + 2 * b.stress[i + 3] * b.stress[i + 3];
+                strains += b.strain[i] * b.strain[i] + b.strain[i + 3] * b.strain[i + 3] / 2;
+            }
+            const double young = std::sqrt(stresses / std::max(strains, 1e-300));
+            double& one = least[static_cast<size_t>(layer)];
+            one =
+                std::min(one, strut_factor(young, static_cast<double>(b.thick) / longest, pressed));
+        }
+    });
+    return *std::ranges::min_element(least);
+}
+
+}  // namespace
+
+double least_buckling_factor(const PartProblem& p, const PartFields& fields, Vector* moved,
+                             bool dithered, size_t* where) {
+    double longest = 0;
+    for (size_t a = 0; a < 3; ++a)
+        longest = std::max(longest, p.grid.elements[a] * p.grid.pitch_mm[a]);
+    const std::vector<float> thick = thickness_of(p);
+    if (dithered) return least_of_blocks(p, moved, thick, longest);
     double least = 1e6;
     for (size_t e = 0; e < thick.size(); ++e) {
         const double pressed = -static_cast<double>(fields.compression_MPa[e]);
@@ -273,8 +355,10 @@ double least_buckling_factor(const PartProblem& p, const PartFields& fields) {
                      mu = static_cast<double>(p.voxels.mu[e]) / share;
         const double young = mu * (3 * lambda + 2 * mu) / (lambda + mu);
         const double slender = static_cast<double>(thick[e]) / longest;
-        least = std::min(
-            least, std::numbers::pi * std::numbers::pi / 48 * young * slender * slender / pressed);
+        const double factor = strut_factor(young, slender, pressed);
+        if (factor >= least) continue;
+        least = factor;
+        if (where) *where = e;
     }
     return least;
 }
@@ -286,7 +370,8 @@ int64_t buckling_bytes(const Grid& grid) {
     return part_bytes(grid) + kMore * field + (6 + 4) * 4 * grid.element_count();
 }
 
-Buckling buckling_of(PartProblem* problem, Vector* moved, double far, const SolveOptions& options) {
+Buckling buckling_of(PartProblem* problem, Vector* moved, double far, const SolveOptions& options,
+                     int most_work) {
     PartProblem& p = *problem;
     Buckling out;
     ElementValues values{std::move(p.voxels.lambda), std::move(p.voxels.mu), 1};
@@ -297,7 +382,7 @@ Buckling buckling_of(PartProblem* problem, Vector* moved, double far, const Solv
     {
         const ElementOperator<kElastic> a(p.grid, &values, &fixed);
         const GeometricOperator b(p, values, moved);
-        Search search(p.grid, a, b, options);
+        Search search(p.grid, a, b, options, most_work);
         search.run(far, &out);
         double most = 0;
         for (int64_t node = 0; out.factor > 0 && node < p.grid.node_count(); ++node) {

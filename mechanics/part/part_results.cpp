@@ -101,6 +101,13 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
             if (out.least_safety == 0) out.least_safety = s;
             if (out.least_safety_away == 0 && !at_hold[at] && !at_load[at])
                 out.least_safety_away = s;
+            // A wall that is thicker, or flat, is off by less.
+            constexpr double kMostCut = 1.2;
+            if (problem.across[at] >= kCoarse && s < kMostCut * out.least_safety) {
+                const double low = s / cut_excess(g, problem.voxels, problem.elements.kind, at);
+                if (out.least_safety_cut == 0 || low < out.least_safety_cut)
+                    out.least_safety_cut = low;
+            }
             // Elements are sorted by safety, but not by how far that may be off.
             if (problem.across[at] >= kUnresolved) {
                 if (out.least_safety_resolved == 0) out.least_safety_resolved = s;
@@ -157,6 +164,9 @@ Verdict verdict_of(const PartSummary& s) {
     if (s.least_safety_unresolved > 0 && (weakest || s.least_safety_unresolved < 1))
         return Verdict::kUnresolved;
     if (s.least_safety_coarse > 0 && s.least_safety_coarse < 1) return Verdict::kCoarse;
+    if ((s.least_safety_cut > 0 && s.least_safety_cut < 1) ||
+        (s.buckling && s.buckling->factor > 0 && s.buckling->factor < s.buckling->excess))
+        return Verdict::kCut;
     return Verdict::kHolds;
 }
 

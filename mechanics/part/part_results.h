@@ -29,13 +29,25 @@ struct PartSummary {
     /// Where less do, by what that may be off, 2.5 or four times; 0: they do everywhere.
     double least_safety_unresolved = 0;
     double least_safety_coarse = 0;  ///< the same where less than four do, but two: 1.6 times
-    double typical_MPa = 0;          ///< von Mises stress that one in a hundred elements exceeds
+    double least_safety_cut =
+        0;                   ///< the least, by what a surface that goes through elements may be off
+    double typical_MPa = 0;  ///< von Mises stress that one in a hundred elements exceeds
     std::vector<WeakPlace> weakest;
     std::optional<Buckling> buckling;  ///< where it was looked at
 };
 /// Where less than two elements lie across a wall, its stress may be off by several times: nothing holds whose
-/// factor there is the least of all, or may be below 1. Where less than four do, nothing whose factor may be.
-enum class Verdict { kUnknown, kNotStrained, kUnresolved, kCoarse, kBreaks, kBuckles, kHolds };
+/// factor there is the least of all, or may be below 1. Where less than four do, or the surface goes
+/// through elements, nothing whose factor may be.
+enum class Verdict {
+    kUnknown,
+    kNotStrained,
+    kUnresolved,
+    kCoarse,
+    kCut,
+    kBreaks,
+    kBuckles,
+    kHolds
+};
 Verdict verdict_of(const PartSummary& summary);
 PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
                        const Field<double, kElastic>& moved_mm, size_t most_places);

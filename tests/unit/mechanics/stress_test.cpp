@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -191,6 +192,21 @@ TEST(MechanicsStress, ThicknessIsMeasuredAcrossObliqueWalls) {
     }
 }
 
+// A strip between one and two elements thick is that thick up to its edges and corners, however narrow, and taken.
+TEST(MechanicsStress, AStripIsAsThickAtItsEdges) {
+    for (const double thick : {1.6, 1.75, 1.9, 2.9})
+        for (const int32_t wide : {4, 10, 40}) {
+            const auto layers = static_cast<int32_t>(std::ceil(thick));
+            Voxels v = box_of({60, wide, layers}, 1, 0.3, [&](const Vec3& p) {
+                return std::pair(std::clamp(thick - std::floor(p[2]), 0.0, 1.0), kYoung);
+            });
+            const Result<PartProblem> p = set_up_part(std::move(v), parsed(kBent), {}, {});
+            ASSERT_TRUE(p) << thick << " " << wide << ": " << p.error().text();
+            for (const uint8_t across : p->across)
+                EXPECT_NEAR(across, thick * kAcrossStep, 1) << thick << " " << wide;
+        }
+}
+
 TEST(MechanicsStress, TorsionIsGreatestInTheMiddleOfSides) {
     // Saint-Venant's square shaft: T / (0.208 a^3).
     for (const auto& [n, off] : {std::pair(4, 0.1), {8, 0.03}, {12, 0.02}}) {
@@ -272,7 +288,9 @@ TEST(MechanicsBuckling, ColumnsAreEulers) {
                               "loads": [{"side": "+x", "force_N": [-1, 0, 0]}]})");
         EXPECT_NEAR(buckling_factor(&l) / euler, 1, off) << thick << " " << wide;
         // Never above what is computed by more than thickness measured along axes may be off.
-        EXPECT_LE(least_buckling_factor(l.solved.problem, l.fields), 1.1 * euler);
+        EXPECT_LE(
+            least_buckling_factor(l.solved.problem, l.fields, &l.solved.solution.moved_mm, false),
+            1.1 * euler);
     }
     // Clamped at both ends, pushed together.
     Loaded l = loaded(full({120, 4, 4}, 0), R"({"held": [{"side": "-x"},
@@ -307,6 +325,81 @@ TEST(MechanicsBuckling, WhatIsPulledDoesNot) {
                                            &pressed.solved.solution.moved_mm, 1e4, SolveOptions());
     EXPECT_NEAR(pressed.summary.buckling->factor * 33, 1, 0.02);
     EXPECT_EQ(verdict_of(pressed.summary), Verdict::kBuckles);
+}
+
+// Of a round rod the elements that its surface goes through make it too stiff; what a verdict takes off is enough.
+TEST(MechanicsBuckling, RoundColumnsAreNotTakenForStiffer) {
+    constexpr double kPi = std::numbers::pi;
+    for (const int32_t across : {3, 4, 6, 8}) {
+        const double radius = across / 2.0;
+        const int32_t length = 20 * across;
+        const Voxels v = box_of({length, across, across}, 1, 0.3, [&](const Vec3& p) {
+            constexpr int kParts = 16;
+            int inside = 0;
+            for (int k = 0; k < kParts * kParts; ++k) {
+                const double y = p[1] - radius + (k % kParts + 0.5) / kParts - 0.5,
+                             z = p[2] - radius + (k / kParts + 0.5) / kParts - 0.5;
+                inside += y * y + z * z < radius * radius ? 1 : 0;
+            }
+            return std::pair(inside / double{kParts * kParts}, kYoung);
+        });
+        const double euler =
+            kPi * kPi * kYoung * kPi * std::pow(radius, 4) / 4 / (4.0 * length * length);
+        Loaded l = loaded(v, R"({"held": [{"side": "-x"}],
+                              "loads": [{"side": "+x", "force_N": [-1, 0, 0]}]})");
+        size_t where = 0;
+        least_buckling_factor(l.solved.problem, l.fields, &l.solved.solution.moved_mm, false,
+                              &where);
+        const PartProblem& p = l.solved.problem;
+        const double excess = cut_excess(p.grid, p.voxels, p.elements.kind, where);
+        const double factor = buckling_factor(&l);
+        // Not settled: more than Euler's, and not more by as much as is taken off.
+        EXPECT_GT(factor / euler, 1.03) << across;
+        EXPECT_LE(factor / euler, excess) << across;
+        EXPECT_GE(factor / euler, 0.8 * excess) << across;
+        // Bent at its end: 4 F L / (pi r^3).
+        const Loaded bent = loaded(v, R"({"held": [{"side": "-x"}],
+                              "loads": [{"side": "+x", "force_N": [0, 0, -0.1]}]})");
+        const int32_t at = length / 3;
+        const double wanted = 4 * 0.1 * (length - at - 0.5) / (kPi * std::pow(radius, 3));
+        const double found = worst_at(bent, [&](const auto& q) { return q[0] == at; });
+        EXPECT_LT(found / wanted, 0.99) << across;
+        if (across >= 4) {
+            EXPECT_GE(found / wanted * excess, 1) << across;
+            EXPECT_LE(bent.summary.least_safety_cut * 1.05, bent.summary.least_safety) << across;
+        }
+    }
+    // What is flat has nothing taken off.
+    const Loaded flat = loaded(full({40, 4, 4}, 0.3), kBent);
+    const PartProblem& p = flat.solved.problem;
+    EXPECT_EQ(cut_excess(p.grid, p.voxels, p.elements.kind, p.grid.element(20, 0, 3)), 1);
+    EXPECT_EQ(flat.summary.least_safety_cut, flat.summary.least_safety);
+}
+
+// In what is pulled, single voxels of a dithered mixture are pressed; it does not buckle for that, and of blocks none is.
+TEST(MechanicsBuckling, ADitheredBlockThatIsPulledIsNotSearched) {
+    uint32_t state = 1;
+    Voxels v = box_of({24, 24, 24}, 1, 0.3, [&](const Vec3&) {
+        state = state * 1664525U + 1013904223U;
+        return std::pair(1.0, state >> 24 < 77 ? 2000.0 : 1.0);
+    });
+    Loaded l = loaded(std::move(v), R"({"held": [{"side": "-x"}],
+                                        "loads": [{"side": "+x", "force_N": [100, 0, 0]}]})");
+    const double alone = least_buckling_factor(l.solved.problem, l.fields,
+                                               &l.solved.solution.moved_mm, false),
+                 blocks = least_buckling_factor(l.solved.problem, l.fields,
+                                                &l.solved.solution.moved_mm, true);
+    EXPECT_LT(alone, 4);
+    EXPECT_GT(blocks, 4);
+    // A slender column of the same stands out in blocks, too.
+    Loaded column = loaded(full({160, 4, 4}, 0.3), R"({"held": [{"side": "-x"}],
+        "loads": [{"side": "+x", "force_N": [-5, 0, 0]}]})");
+    EXPECT_LT(least_buckling_factor(column.solved.problem, column.fields,
+                                    &column.solved.solution.moved_mm, true),
+              1.1 * buckling_factor(&column));
+    EXPECT_TRUE(buckling_of(&column.solved.problem, &column.solved.solution.moved_mm, 1e4,
+                            SolveOptions(), 1)
+                    .given_up);
 }
 
 }  // namespace
