@@ -8,7 +8,6 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <string_view>
 
@@ -21,6 +20,7 @@
 #include "tools/texture/hdf5_kind.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/scans.h"
+#include "tools/texture/slice_names.h"
 #include "tools/texture/still_image.h"
 #include "tools/texture/tiff_stack.h"
 #include "tools/texture/volume_reader.h"
@@ -153,48 +153,14 @@ Result<void> refuse_others(const fs::path& file, const InputFile& opened, const 
          {".pvti", ".pvtr", ".pvts", ".pvtu", ".vtm", ".vtmb", ".vth", ".vthb", ".pvd"}) {
         if (kind == parallel) return user_error(messages::kPartsOfGrid, messages::kPartsOfGridHelp);
     }
+    if (kind == ".mrc") return user_error(messages::kNotMrc);
     if (kind == ".vtp") return user_error(messages::kIsASurface, messages::kIsASurfaceHelp);
-    for (const char* other :
-         {".mgz", ".mgh", ".htg", ".exo", ".e", ".msh", ".inp", ".mrc", ".vol"}) {
+    for (const char* other : {".mgz", ".mgh", ".htg", ".exo", ".e", ".msh", ".inp", ".vol"}) {
         if (kind == other)
             return user_error(fmt::format(messages::kVolumesNotRead, kind),
                               messages::kVolumesNotReadHelp);
     }
     return {};
-}
-
-/// Splits a name at its last number; returns false where it has none of up to 15 digits.
-bool split_name(const std::string& name, std::string* around, int64_t* number) {
-    const std::string stem = fs::path(name).stem().string();
-    const size_t last = stem.find_last_of("0123456789");
-    if (last == std::string::npos) return false;
-    const size_t before = stem.find_last_not_of("0123456789", last);
-    const size_t first = before == std::string::npos ? 0 : before + 1;
-    constexpr size_t kMostDigits = 15;
-    if (last + 1 - first > kMostDigits) return false;
-    *number = std::strtoll(stem.substr(first, last + 1 - first).c_str(), nullptr, 10);
-    *around = stem.substr(0, first) + "#" + name.substr(last + 1);
-    return true;
-}
-
-/// Tells where the numbers of a series have a gap: the step from one to the next is mostly the same.
-void tell_gaps(const std::vector<fs::path>& files) {
-    std::vector<int64_t> numbers;
-    std::string series;
-    for (const fs::path& file : files) {
-        std::string around;
-        if (!split_name(file.filename().string(), &around, &numbers.emplace_back())) return;
-        if (!series.empty() && around != series) return;
-        series = around;
-    }
-    int64_t step = INT64_MAX;
-    for (size_t i = 1; i < numbers.size(); ++i)
-        step = std::min(step, numbers[i] - numbers[i - 1]);
-    for (size_t i = 1; i < numbers.size(); ++i) {
-        if (numbers[i] - numbers[i - 1] == step) continue;
-        return tell(fmt::format(messages::kSeriesHasGap, files[i - 1].filename().string(),
-                                files[i].filename().string()));
-    }
 }
 
 /// Whether a PNG holds indices into colours.
@@ -210,12 +176,13 @@ bool is_palette_png(const fs::path& path) {
 /// Slices as pictures, or as pages of TIFFs.
 MadeReader open_slices(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
                        const texture::ReadLimits& limits) {
-    tell_gaps(files);
     if (is_palette_png(files.front()))
         tell(fmt::format(messages::kPaletteAsColours, files.front().filename().string()));
     if (are_tiffs(files)) {
         MadeReader pages = open_tiff_stack(files, options, limits);
         if (!pages || *pages != nullptr) return pages;
+    } else if (Result<void> named = check_slice_names(files, false); !named) {
+        return named.error();
     }
     return open_stack(files, options, limits);
 }

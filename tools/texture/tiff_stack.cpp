@@ -18,6 +18,7 @@
 #include "tools/texture/messages.h"
 #include "tools/texture/picture_format.h"
 #include "tools/texture/placed_grid.h"
+#include "tools/texture/slice_names.h"
 #include "tools/texture/tiff_image.h"
 #include "tools/texture/tiff_pages.h"
 #include "tools/texture/tiff_series.h"
@@ -59,6 +60,9 @@ class TiffPlanes {
         }
         return {};
     }
+
+    /// Whether the first file says where all planes are.
+    bool are_listed() const { return has_all_; }
 
   private:
     Result<void> add(size_t index) {
@@ -199,7 +203,7 @@ class TiffPlanes {
     const std::vector<fs::path>& files_;
     const texture::VolumeOptions& options_;
     const texture::ReadLimits& limits_;
-    bool has_all_ = false;  ///< the first file says where all planes are
+    bool has_all_ = false;
 };
 
 class TiffStack final : public VolumeReader {
@@ -334,6 +338,11 @@ MadeReader open_tiff_stack(const std::vector<fs::path>& files,
                            const texture::ReadLimits& limits) {
     TiffPlanes found(files, options, limits);
     if (Result<void> done = found.find(); !done) return done.error();
+    if (!found.are_listed()) {
+        if (Result<void> named = check_slice_names(files, found.planes.size() > files.size());
+            !named)
+            return named.error();
+    }
     const TiffDirectory& first = found.first;
     const bool indices = first.is_palette() && options.image.space != "srgb";
     if (!first.is_plain() && !indices) {

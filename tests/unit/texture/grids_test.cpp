@@ -328,6 +328,7 @@ TEST_F(GridsTest, MapsOfMicroscopesAreRead) {
     EXPECT_THAT(trouble(folder_.write("a.mrc", mrc(4, raw(wanted)))),
                 testing::Says(messages::kMrcMode, 4));
     EXPECT_EQ(trouble(folder_.write("a.mrc", mrc(2, "1234"))), messages::kCutShort);
+    EXPECT_EQ(trouble(folder_.write("a.mrc", std::string(1024, 'a'))), messages::kNotMrc);
 }
 
 TEST_F(GridsTest, StacksOfMapsAreNamed) {
