@@ -242,15 +242,17 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
                             const ReadLimits& limits) {
     const Result<std::vector<fs::path>> files = volume_files(source);
     if (!files) return files.error();
-    // The number counts changes of what volumes are read as; 4: numbers, grids, series and frames of DICOM as
-    // docs/how-to/fields.md has them.
-    std::string text = fmt::format("volume 4, first row lowest|{}", files->size());
+    // The number counts changes of what volumes are read as; 5: numbers, grids, series, frames of DICOM and names of
+    // slices as docs/how-to/fields.md has them.
+    std::string text = fmt::format("volume 5, first row lowest|{}", files->size());
     for (const std::string& argument : arguments(options))
         text += "|" + argument;
     for (const fs::path& file : *files) {
         const Result<uint64_t> key = content_key(file, options.image);
         if (!key) return key.error();
         text += fmt::format("|{:016x}", *key);
+        // Names of several say which channel or time each is of.
+        if (files->size() > 1) text += "|" + file.filename().string();
     }
     if (files->size() == 1) {
         for (const std::string& name :

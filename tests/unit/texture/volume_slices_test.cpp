@@ -132,6 +132,18 @@ TEST_F(VolumeTest, NamesOfSeveralSeriesAreRefused) {
     }
 }
 
+// Of the same bytes, one folder is read and one refused.
+TEST_F(VolumeTest, TheCacheKnowsTheNamesOfSlices) {
+    const testing::TempFolder good, bad;
+    for (const auto& [folder, names] :
+         {std::pair{&good, std::array{"z0_c0", "z1_c0"}}, {&bad, std::array{"z0_c0", "z0_c1"}}}) {
+        for (const char* name : names)
+            folder->write(std::string(name) + ".pgm", "P2\n1 1\n255\n128\n");
+    }
+    EXPECT_TRUE(texture::get_volume(good.path(), {}, 0, 0));
+    EXPECT_FALSE(texture::get_volume(bad.path(), {}, 0, 0));
+}
+
 // A stack a file, of several channels or times.
 TEST_F(VolumeTest, StacksOfSeveralTimesAreRefused) {
     const auto tiffs = [&](testing::TempFolder& folder, const char* word) {
