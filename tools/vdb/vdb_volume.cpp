@@ -5,7 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
+#include <type_traits>
 
 #include "base/input_file.h"
 #include "base/units.h"
@@ -33,6 +36,14 @@ float component(const T& value, [[maybe_unused]] int32_t channel) {
     }
 }
 
+/// Whether a float holds an integer.
+bool is_held(int64_t value) {
+    const auto bits = static_cast<uint64_t>(value);
+    const uint64_t size = value < 0 ? 0 - bits : bits;
+    return size == 0 ||
+           std::bit_width(size) - std::countr_zero(size) <= std::numeric_limits<float>::digits;
+}
+
 /// A grid whose axes are those of space, slice by slice.
 template <typename Grid>
 class GridReader final : public VolumeReader {
@@ -54,6 +65,8 @@ class GridReader final : public VolumeReader {
             for (int32_t x = 0; x < size.x; ++x) {
                 typename Grid::ValueType value;
                 const bool active = accessor.probeValue(low_.offsetBy(x, y, z), value);
+                if constexpr (std::is_integral_v<typename Grid::ValueType>)
+                    rounded = rounded || (active && !is_held(value));
                 for (int32_t c = 0; c < channels; ++c)
                     *out++ =
                         active || !outside_ ? component(value, c) : static_cast<float>(*outside_);
@@ -150,6 +163,9 @@ MadeReader open_vdb_grid(const fs::path& path, const texture::VolumeOptions& opt
     const openvdb::GridBase::Ptr grid = file.readGrid(*name);
     if (!grid->transform().isLinear())
         return user_error(fmt::format(messages::kGridNotLinear, *name));
+    if (grid->getGridClass() == openvdb::GRID_STAGGERED)
+        return user_error(fmt::format(messages::kGridStaggered, *name),
+                          messages::kGridStaggeredHelp);
     if (grid->isType<openvdb::FloatGrid>())
         return open_grid<openvdb::FloatGrid>(grid, unit, options, limits);
     if (grid->isType<openvdb::DoubleGrid>())

@@ -11,6 +11,7 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <random>
 
 #include "backends/raster/npy.h"
@@ -172,10 +173,37 @@ TEST_F(VdbVolumeTest, SaysWhatIsNotRead) {
     mask->setName("mask");
     write({mask});
     EXPECT_THAT(trouble(), testing::Says(messages::kGridTypeNotRead, "mask", "bool"));
+    openvdb::Vec3SGrid::Ptr flow = openvdb::Vec3SGrid::create();
+    flow->setName("flow");
+    flow->setGridClass(openvdb::GRID_STAGGERED);
+    flow->getAccessor().setValue(openvdb::Coord(0, 0, 0), openvdb::Vec3s(1, 2, 3));
+    write({flow});
+    EXPECT_THAT(trouble(), testing::Says(messages::kGridStaggered, "flow"));
     write({field(kScaled)});
     EXPECT_THAT(trouble({}, {5000, {}}), testing::Says(messages::kTakesTooMuchMemory, "*", "5 kB"));
     folder_.write("a.vdb", "no grids");
     EXPECT_THAT(trouble(), testing::Says(messages::kCannotReadBefore));
+}
+
+TEST_F(VdbVolumeTest, IntegersThatAFloatDoesNotHoldAreTold) {
+    constexpr int64_t kHeld = 16777216;  // 2^24
+    for (const auto& [value, is_told] : {std::pair{kHeld, false},
+                                         {kHeld + 1, true},
+                                         {-kHeld - 1, true},
+                                         {kHeld * kHeld, false},
+                                         {(int64_t{1} << 60) + 1, true},
+                                         {std::numeric_limits<int64_t>::min(), false}}) {
+        SCOPED_TRACE(value);
+        openvdb::Int64Grid::Ptr grid = openvdb::Int64Grid::create();
+        grid->getAccessor().setValue(openvdb::Coord(0, 0, 0), value);
+        write({grid});
+        ::testing::internal::CaptureStderr();
+        const auto read = converted();
+        const std::string told = ::testing::internal::GetCapturedStderr();
+        ASSERT_NE(read, nullptr);
+        EXPECT_EQ(read->texels()[0], static_cast<float>(value));
+        EXPECT_EQ(told.empty(), !is_told) << told;
+    }
 }
 
 TEST_F(VdbVolumeTest, FractionsGoOutAndComeInAgain) {
