@@ -164,9 +164,11 @@ class Reading final : public XmlHandler {
     Complaint finish() {
         const bool has_first = first_grids_ == 1 && !first_.topology.empty();
         if (grids_ == 0) return {messages::kNoGrid};
+        grid_.steps = std::max(steps_, 1);
         if (includer_ != 0 && has_first == (grids_ == 2)) return not_there();
         if (includer_ != 0 && has_first) {
             first_.fields = std::move(grid_.fields);
+            first_.steps = grid_.steps;
             grid_ = std::move(first_);
         }
         return grids_ == 2 && includer_ == 0 ? several() : Complaint();
@@ -277,24 +279,37 @@ class Reading final : public XmlHandler {
                 into.wrong_topology = {messages::kBaseOffsetNotWhole};
             if (a.find("Order") != nullptr)
                 into.wrong_topology = {messages::kCornersOrdered, messages::kCornersOrderedHelp};
+            refuse_reference(name, a, &into);
             items_ = &into.cell_items;
         } else if (name == "Geometry") {
+            refuse_reference(name, a, &into);
             into.geometry = xdmf_word(a, "GeometryType", "Type");
             items_ = &into.point_items;
         } else if (name == "Attribute" && !in_first_step_) {
             const std::string center = xdmf_word(a, "Center");
-            is_field_ = center.empty() || center == "node" || center == "cell";
+            // As FEniCS writes them, apart from the values at nodes.
+            const bool is_function = xdmf_word(a, "ItemType") == "finiteelementfunction";
+            is_field_ = center.empty() || center == "node" || center == "cell" || is_function;
             if (!is_field_) return;
             field_ = {};
             if (const char* text = a.find("Name")) field_.name = text;
+            if (is_function)
+                field_.item.wrong = {messages::kElementFunction, messages::kElementFunctionHelp};
             field_.of_points = center != "cell";
             field_items_.clear();
             items_ = &field_items_;
         }
     }
+    static void refuse_reference(std::string_view name, const XmlAttributes& a, XdmfGrid* into) {
+        if (a.find("Reference") != nullptr)
+            into->wrong_topology = {fmt::format(messages::kPartReference, name),
+                                    messages::kPartReferenceHelp};
+    }
     void end_part() {
         if (is_field_ && !field_items_.empty()) {
+            Complaint wrong = std::move(field_.item.wrong);
             field_.item = std::move(field_items_.front());
+            if (!wrong.empty()) field_.item.wrong = std::move(wrong);
             grid_.fields.push_back(std::move(field_));
         }
         is_field_ = false;

@@ -54,6 +54,7 @@ struct XdmfGrid {
     Complaint wrong_topology;
     std::vector<XdmfItem> cell_items, point_items;
     std::vector<XdmfField> fields;  ///< of points and of cells
+    int steps = 1;                  ///< of time, of which this is one
 
     /// Returns whether any of its numbers are in an HDF5 file.
     bool has_hdf() const;

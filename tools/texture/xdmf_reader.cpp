@@ -12,6 +12,7 @@
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/crossed_field.h"
+#include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/number_slab.h"
 #include "tools/texture/placed_grid.h"
@@ -122,6 +123,10 @@ class Source {
         field_ = &grid_.fields[*picked];
         if (!grid_.wrong_topology.empty())
             return user_error(grid_.wrong_topology.what, grid_.wrong_topology.help);
+        if (grid_.topology.starts_with("2d"))
+            return user_error(fmt::format(messages::kXdmfTypesNotSampled, grid_.topology));
+        if (!options_.time && grid_.steps > 1)
+            tell(fmt::format(messages::kFirstOfSteps, path_.filename().string(), grid_.steps));
         if (grid_.topology == "3dcorectmesh") return open_regular();
         const bool is_rectilinear = grid_.topology == "3drectmesh";
         if (is_rectilinear || grid_.topology == "3dsmesh") return open_structured(is_rectilinear);
@@ -145,8 +150,24 @@ class Source {
         }
         const Result<int32_t> found = field_channels(field_->name, count / items);
         if (!found) return found.error();
+        if (Result<void> fits = check_sides(); !fits) return fits.error();
         *channels = *found;
         return opened;
+    }
+
+    /// Refuses a field whose sides are those of the grid in another order.
+    Result<void> check_sides() const {
+        const std::vector<int64_t>& sides = field_->item.sizes;
+        std::vector<int64_t> wanted = grid_.points_along;
+        if (field_->item.slab || wanted.size() != 3 || sides.size() < 3) return {};
+        for (int64_t& side : wanted)
+            side = field_->of_points ? side : std::max<int64_t>(1, side - 1);
+        if (std::equal(wanted.begin(), wanted.end(), sides.begin()) ||
+            !std::is_permutation(wanted.begin(), wanted.end(), sides.begin()))
+            return {};
+        return user_error(fmt::format(messages::kFieldSides, field_->name, fmt::join(sides, " "),
+                                      fmt::join(wanted, " ")),
+                          messages::kFieldSidesHelp);
     }
 
     /// Reads three numbers, which XDMF has in the order z, y, x.

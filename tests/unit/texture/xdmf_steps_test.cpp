@@ -25,7 +25,14 @@ TEST_F(XdmfTest, TheFirstStepIsReadAndOneGridAlone) {
     const std::string later = with("E", writer.item(kFloat64, "64", std::vector<double>(64, 9)));
     const std::string steps = R"(GridType="Collection" CollectionType="Temporal")";
     const std::string parts = R"(GridType="Collection" CollectionType="Spatial")";
-    expect_linear(file(grid("<Time Value=\"0\"/>" + first + later + later, steps)));
+    const auto told = [&](const std::string& text) {
+        ::testing::internal::CaptureStderr();
+        expect_linear(text);
+        return ::testing::internal::GetCapturedStderr();
+    };
+    EXPECT_THAT(told(file(grid("<Time Value=\"0\"/>" + first + later + later, steps))),
+                ::testing::HasSubstr(fmt::format(messages::kFirstOfSteps, "m.xdmf", 3)));
+    EXPECT_EQ(told(file(grid(first, steps))), "");
     expect_linear(file(grid(first, parts)));
     expect_linear(file(grid(grid(first, parts) + grid(later + later, parts), steps)));
     const std::string several =

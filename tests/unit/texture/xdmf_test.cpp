@@ -115,6 +115,13 @@ TEST_F(XdmfTest, RegularGridsAreInPlace) {
         each(*p, [](const Vec3d& at, const float* value) {
             EXPECT_FLOAT_EQ(*value, static_cast<float>(linear(at)));
         });
+        const auto turned = [&](const std::string& sides) {
+            return message(
+                file(grid(frame + attribute("E", "Node", writer.item(kFloat32, sides, values)))));
+        };
+        EXPECT_EQ(turned("4 3 2"), fmt::format(messages::kFieldSides, "E", "4 3 2", "2 3 4") +
+                                       "; " + messages::kFieldSidesHelp);
+        EXPECT_EQ(turned("24"), "no error");
         options.field = "v";
         options.unit = "cm";
         const auto q = converted(written, options);
@@ -318,6 +325,16 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
         ::testing::StartsWith(start + fmt::format(texture::messages::kNumberBytesUnknown, 2)));
     EXPECT_THAT(item(R"(Format="Binary" Seek="-1")"),
                 ::testing::StartsWith(start + fmt::format(texture::messages::kSeekNoNumber, "-1")));
+    EXPECT_THAT(with(points + cells +
+                     R"(<Attribute Name="a" ItemType="FiniteElementFunction" Center="Other">)" +
+                     w.item(kFloat32, "64", values) + "</Attribute>"),
+                ::testing::StartsWith(start + texture::messages::kElementFunction));
+    EXPECT_THAT(with(points + R"(<Topology Reference="/Xdmf/Domain/Topology[1]"/>)" + field),
+                ::testing::StartsWith(fmt::format(texture::messages::kPartReference, "Topology")));
+    EXPECT_THAT(with(cells + R"(<Geometry Reference="/Xdmf/Domain/Geometry[1]"/>)" + field),
+                ::testing::StartsWith(fmt::format(texture::messages::kPartReference, "Geometry")));
+    EXPECT_THAT(with(points + R"(<Topology TopologyType="2DSMesh" Dimensions="8 8"/>)" + field),
+                testing::Says(messages::kXdmfTypesNotSampled, "2dsmesh"));
     EXPECT_EQ(with(points + cells), messages::kNoField);
     EXPECT_EQ(
         with(points + cells + field + attribute("b", "Node", w.item(kFloat32, "64", values))),
