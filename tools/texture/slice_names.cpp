@@ -58,10 +58,9 @@ struct Name {
         size_t at = 0;
         for (size_t i = 0; i < numbers.size(); ++i) {
             out.append(text, at, numbers[i].begin - at);
-            out += kept.contains(i)
-                       ? std::string_view(text).substr(numbers[i].begin,
-                                                       numbers[i].end - numbers[i].begin)
-                       : numeral;
+            out += kept.contains(i) ? std::string_view(text).substr(
+                                          numbers[i].begin, numbers[i].end - numbers[i].begin)
+                                    : numeral;
             at = numbers[i].end;
         }
         return out.append(text, at);
@@ -90,8 +89,8 @@ Name read_name(const fs::path& file) {
         Number number;
         number.begin = at;
         number.key = word_before(out.text, at);
-        while (at < end && (is_digit(out.text[at]) || (out.text[at] == '.' && at + 1 < end &&
-                                                       is_digit(out.text[at + 1]))))
+        while (at < end && (is_digit(out.text[at]) ||
+                            (out.text[at] == '.' && at + 1 < end && is_digit(out.text[at + 1]))))
             ++at;
         number.end = at;
         out.numbers.push_back(std::move(number));
@@ -104,17 +103,17 @@ enum class Counts { kUnknown, kSlices, kChannels, kTimes };
 
 Counts counted_by(const std::string& key) {
     constexpr std::array<std::pair<std::string_view, Counts>, 22> kWords{
-        {{"z", Counts::kSlices},        {"slice", Counts::kSlices},
-         {"sl", Counts::kSlices},       {"plane", Counts::kSlices},
-         {"layer", Counts::kSlices},    {"section", Counts::kSlices},
-         {"depth", Counts::kSlices},    {"c", Counts::kChannels},
-         {"ch", Counts::kChannels},     {"chan", Counts::kChannels},
+        {{"z", Counts::kSlices},         {"slice", Counts::kSlices},
+         {"sl", Counts::kSlices},        {"plane", Counts::kSlices},
+         {"layer", Counts::kSlices},     {"section", Counts::kSlices},
+         {"depth", Counts::kSlices},     {"c", Counts::kChannels},
+         {"ch", Counts::kChannels},      {"chan", Counts::kChannels},
          {"channel", Counts::kChannels}, {"w", Counts::kChannels},
-         {"wave", Counts::kChannels},   {"wavelength", Counts::kChannels},
-         {"lambda", Counts::kChannels}, {"band", Counts::kChannels},
-         {"dye", Counts::kChannels},    {"t", Counts::kTimes},
-         {"tp", Counts::kTimes},        {"time", Counts::kTimes},
-         {"timepoint", Counts::kTimes}, {"cycle", Counts::kTimes}}};
+         {"wave", Counts::kChannels},    {"wavelength", Counts::kChannels},
+         {"lambda", Counts::kChannels},  {"band", Counts::kChannels},
+         {"dye", Counts::kChannels},     {"t", Counts::kTimes},
+         {"tp", Counts::kTimes},         {"time", Counts::kTimes},
+         {"timepoint", Counts::kTimes},  {"cycle", Counts::kTimes}}};
     for (const auto& [word, counts] : kWords) {
         if (word == key) return counts;
     }
@@ -193,7 +192,8 @@ void tell_gaps(const std::vector<Name>& names) {
         const Number& last = name.numbers.back();
         constexpr size_t kMostDigits = 15;
         const bool is_whole = name.text.find('.', last.begin) >= last.end;
-        if (!is_whole || last.end - last.begin > kMostDigits || around_last(name) != around_last(names.front()))
+        if (!is_whole || last.end - last.begin > kMostDigits ||
+            around_last(name) != around_last(names.front()))
             return;
         numbers.push_back(std::strtoll(name.text.c_str() + last.begin, nullptr, 10));
     }
@@ -213,9 +213,8 @@ Result<void> check_slice_names(const std::vector<fs::path>& files, bool have_pag
     for (const fs::path& file : files)
         names.push_back(read_name(file));
     // Names without numbers say nothing.
-    if (names.size() < 2 || std::any_of(names.begin(), names.end(), [](const Name& name) {
-            return name.numbers.empty();
-        }))
+    if (names.size() < 2 || std::any_of(names.begin(), names.end(),
+                                        [](const Name& name) { return name.numbers.empty(); }))
         return {};
     const std::vector<Field> fields = fields_of(names);
     std::set<size_t> slices, beside;  // numbers of the first name
@@ -249,8 +248,8 @@ Result<void> check_slice_names(const std::vector<fs::path>& files, bool have_pag
         }
     }
     if (of_slices != nullptr && of_slices->varies && of_slices->repeated)
-        return refuse(names[of_slices->first_of_it], names[*of_slices->repeated],
-                      Counts::kUnknown, kept);
+        return refuse(names[of_slices->first_of_it], names[*of_slices->repeated], Counts::kUnknown,
+                      kept);
     if (!is_numbered) {
         const auto stranger = std::find_if_not(
             names.begin(), names.end(), [&](const Name& n) { return is_of_series(n, names[0]); });

@@ -16,6 +16,16 @@
 #include "tests/support/places/places.h"
 #include "tools/openfab/messages.h"
 #include "tools/texture/messages.h"
+#ifdef OPENFAB_READS_DICOM
+#include "tools/dicom/messages.h"
+#endif
+#ifdef OPENFAB_READS_HDF5
+#include <hdf5.h>
+
+#include <array>
+
+#include "tools/hdf5/messages.h"
+#endif
 
 namespace openfab::testing {
 namespace {
@@ -35,13 +45,14 @@ struct Page {
     int photometric = 1, bits = 8, kind = 0;
     std::string pixels = std::string("\1\2\3\4", 4);
     int pixels_a_cm = 0;
+    int orientation = 1;
 };
 
 std::string tiff(const std::vector<Page>& pages) {
     std::string out = "II*" + std::string(1, '\0') + little(8, 4);
     for (size_t i = 0; i < pages.size(); ++i) {
         const Page& page = pages[i];
-        const size_t entries = page.photometric == 3 ? 13 : 12;
+        const size_t entries = page.photometric == 3 ? 14 : 13;
         const size_t behind = out.size() + 2 + 12 * entries + 4;
         const size_t colours = behind + page.pixels.size(), ratio = colours + 6 * 256;
         std::string list;
@@ -56,6 +67,7 @@ std::string tiff(const std::vector<Page>& pages) {
         entry(259, 3, 1, 1);
         entry(262, 3, 1, static_cast<uint64_t>(page.photometric));
         entry(273, 4, 1, behind);
+        entry(274, 3, 1, static_cast<uint64_t>(page.orientation));
         entry(278, 3, 1, 2);
         entry(279, 4, 1, page.pixels.size());
         entry(282, 5, 1, ratio);
@@ -138,6 +150,80 @@ constexpr const char* kXdmf =
 16777217 0</DataItem></Attribute></Grid></Domain></Xdmf>
 )";
 
+constexpr const char* kXdmfSteps =
+    R"(<Xdmf Version="3.0"><Domain><Grid GridType="Collection" CollectionType="Temporal">
+<Grid><Time Value="0"/><Topology TopologyType="3DCoRectMesh" Dimensions="1 1 2"/>
+<Geometry GeometryType="ORIGIN_DXDYDZ"><DataItem Dimensions="3">0 0 0</DataItem><DataItem Dimensions="3">1 1 1</DataItem></Geometry>
+<Attribute Name="f"><DataItem Dimensions="1 1 2">0 1</DataItem></Attribute></Grid>
+<Grid><Time Value="1"/><Topology TopologyType="3DCoRectMesh" Dimensions="1 1 2"/>
+<Geometry GeometryType="ORIGIN_DXDYDZ"><DataItem Dimensions="3">0 0 0</DataItem><DataItem Dimensions="3">1 1 1</DataItem></Geometry>
+<Attribute Name="f"><DataItem Dimensions="1 1 2">1 1</DataItem></Attribute></Grid></Grid></Domain></Xdmf>
+)";
+
+#ifdef OPENFAB_READS_DICOM
+/// A slice of 2 x 1 pixels, of which the lower number is shown in white.
+std::string dicom() {
+    const auto element = [](uint64_t group, uint64_t item, const std::string& kind,
+                            std::string data) {
+        if (data.size() % 2 != 0) data += kind == "UI" ? '\0' : ' ';
+        const bool is_long = kind == "OW" || kind == "OB";
+        return little(group, 2) + little(item, 2) + kind +
+               (is_long ? little(0, 2) + little(data.size(), 4) : little(data.size(), 2)) + data;
+    };
+    const auto number = [&](uint64_t group, uint64_t item, uint64_t value) {
+        return element(group, item, "US", little(value, 2));
+    };
+    const std::string kind = element(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.2");
+    const std::string meta = element(2, 1, "OB", std::string("\0\1", 2)) + kind +
+                             element(2, 3, "UI", "1.2.3.1") +
+                             element(2, 0x10, "UI", "1.2.840.10008.1.2.1");
+    return std::string(128, '\0') + "DICM" + element(2, 0, "UL", little(meta.size(), 4)) + meta +
+           element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2") + element(0x18, 0x50, "DS", "1") +
+           element(0x20, 0xe, "UI", "1.2.3") + element(0x20, 0x32, "DS", "0\\0\\0") +
+           element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0") + number(0x28, 2, 1) +
+           element(0x28, 4, "CS", "MONOCHROME1") + number(0x28, 0x10, 1) + number(0x28, 0x11, 2) +
+           element(0x28, 0x30, "DS", "1\\1") + number(0x28, 0x100, 16) + number(0x28, 0x101, 16) +
+           number(0x28, 0x102, 15) + number(0x28, 0x103, 0) +
+           element(0x7fe0, 0x10, "OW", little(1, 2) + little(0, 2));
+}
+#endif
+
+#ifdef OPENFAB_READS_HDF5
+/// Image data of VTK's in HDF5, of which no chunk was written.
+std::string vtk_hdf(const std::string& path) {
+    const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t root = H5Gcreate2(file, "VTKHDF", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t text = H5Tcopy(H5T_C_S1), one = H5Screate(H5S_SCALAR);
+    H5Tset_size(text, 9);
+    const hid_t type = H5Acreate2(root, "Type", text, one, H5P_DEFAULT, H5P_DEFAULT);
+    EXPECT_GE(H5Awrite(type, text, "ImageData"), 0);
+    const hsize_t six = 6;
+    const hid_t sides = H5Screate_simple(1, &six, nullptr);
+    const hid_t extent =
+        H5Acreate2(root, "WholeExtent", H5T_STD_I32LE, sides, H5P_DEFAULT, H5P_DEFAULT);
+    const std::array<int, 6> corners{0, 1, 0, 0, 0, 0};
+    EXPECT_GE(H5Awrite(extent, H5T_NATIVE_INT, corners.data()), 0);
+    const hid_t points = H5Gcreate2(root, "PointData", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    const std::array<hsize_t, 3> size{1, 1, 2};
+    const hid_t space = H5Screate_simple(3, size.data(), nullptr);
+    const hid_t layout = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_chunk(layout, 3, size.data());
+    const hid_t set =
+        H5Dcreate2(points, "f", H5T_IEEE_F32LE, space, H5P_DEFAULT, layout, H5P_DEFAULT);
+    for (const hid_t each : {type, extent})
+        H5Aclose(each);
+    for (const hid_t each : {one, sides, space})
+        H5Sclose(each);
+    for (const hid_t each : {points, root})
+        H5Gclose(each);
+    H5Dclose(set);
+    H5Pclose(layout);
+    H5Tclose(text);
+    H5Fclose(file);
+    return read_file(path);
+}
+#endif
+
 constexpr const char* kLegacyImage = R"(# vtk DataFile Version 3.0
 an image
 ASCII
@@ -164,11 +250,12 @@ std::vector<Row> rows() {
         return fmt::format(notes::kIntegersRounded, file);
     };
     const std::string nrrd = "NRRD0004\ndimension: 3\nencoding: raw\nendian: little\n";
-    Page palette, white, sized, small, big;
+    Page palette, white, sized, small, big, turned;
     palette.photometric = 3;
     white.photometric = 0;
     sized.pixels_a_cm = 10;
     small.kind = 1;
+    turned.orientation = 3;
     big.bits = 32;
     big.pixels = kBig + kBig;
     return {
@@ -195,6 +282,8 @@ std::vector<Row> rows() {
         {"sized", "sized.tif", tiff({sized}),
          "sized.tif: " + fmt::format(notes::kResolutionLeftOut, 1.0, 1.0)},
         {"reduced", "reduced.tif", tiff({Page{}, small}), fmt::format(notes::kReducedLeftOut, 1)},
+        {"turned", "turned.tif", tiff({turned}),
+         "turned.tif: " + fmt::format(notes::kOrientationLeftOut, 3)},
         {"wide", "wide.tif", tiff({big}), rounded("wide.tif")},
         {"unstructured", "unstructured.vtu", kTetrahedronAndLine,
          fmt::format(notes::kCellsWithoutVolume, 1)},
@@ -204,6 +293,11 @@ std::vector<Row> rows() {
          fmt::format(notes::kGhostsLeftOut, "image.vti", "vtkGhostType")},
         {"points", "points.vtk", kLegacyImage, rounded(notes::kItsFieldAlone)},
         {"steps", "steps.xdmf", kXdmf, rounded(notes::kItsFieldAlone)},
+        {"series_of_time", "series.xdmf", kXdmfSteps,
+         fmt::format(notes::kFirstOfSteps, "series.xdmf", 2)},
+#ifdef OPENFAB_READS_DICOM
+        {"dicom", "scan.dcm", dicom(), fmt::format(notes::kStoredMonochrome1, "scan.dcm")},
+#endif
         {"pages", "pages.tif", tiff({Page{}, Page{}}),
          fmt::format(notes::kSeveralPictures, "pages.tif"), true},
     };
@@ -248,11 +342,25 @@ class TextureNotes : public ::testing::Test {
             scratch_.write(row.file, row.content);
             add(row.name, row.file, row.told, row.is_picture, &textures, &objects, &build);
         }
-        std::filesystem::create_directory(scratch_ / "series");
-        for (const int k : {0, 1, 3})
-            scratch_.write(fmt::format("series/s{}.pgm", k), "P2\n1 1\n255\n128\n");
-        add("series", "series", fmt::format(notes::kSeriesHasGap, "s1.pgm", "s3.pgm"), false,
-            &textures, &objects, &build);
+#ifdef OPENFAB_READS_HDF5
+        scratch_.write("field.vtkhdf", vtk_hdf(path("made.h5")));
+        add("vtkhdf", "field.vtkhdf",
+            fmt::format(notes::kChunksAreFill, 1, 1, "/VTKHDF/PointData/f"), false, &textures,
+            &objects, &build);
+#endif
+        const auto add_series = [&](const std::string& name, const std::vector<std::string>& files,
+                                    const std::string& told) {
+            std::filesystem::create_directory(scratch_ / name);
+            for (const std::string& file : files)
+                scratch_.write(name + "/" + file + ".pgm", "P2\n1 1\n255\n128\n");
+            add(name, name, told, false, &textures, &objects, &build);
+        };
+        add_series("times", {"t0", "t1"},
+                   fmt::format(notes::kTakenAsSlices, "t0.pgm", "t1.pgm", "time"));
+        add_series("numbers", {"a1_1", "a1_2", "a2_1"},
+                   fmt::format(notes::kSeriesOfSeveralNumbers, "a1_1.pgm", "a1_2.pgm", "a2_1.pgm"));
+        add_series("series", {"s0", "s1", "s3"},
+                   fmt::format(notes::kSeriesHasGap, "s1.pgm", "s3.pgm"));
         scratch_.write("all.fl", kFablets);
         scratch_.write("all.fab.json", fmt::format(R"({{"openfab": 1, "printer": "generic",
 "fablets": {{"volumes": {{"source": "all.fl", "fablet": "Volumes"}}, "pictures": {{"source": "all.fl", "fablet": "Pictures"}}}},
@@ -273,7 +381,9 @@ class TextureNotes : public ::testing::Test {
         told_.push_back(told);
         warned_.push_back(fmt::format(part::messages::kTextureBefore, name) + told);
     }
-    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    std::string path(const std::string& name) const {
+        return (scratch_ / name).string();
+    }
     Outcome openfab(std::vector<std::string> words) const {
         words.insert(words.begin(), program("openfab"));
         Outcome outcome = run(words, {{{"OPENFAB_CACHE", path("cache")}}, scratch_.path(), {}});
