@@ -54,6 +54,9 @@ class SetNumbers final : public ArrayNumbers {
         if (!file_.ok()) return user_error(messages::kNotHdf5);
         const Hdf5Handle access = within_file(H5P_DATASET_ACCESS);
         set_ = {H5Dopen2(file_, set.c_str(), access), H5Dclose};
+        if (!set_.ok() && leads_elsewhere(set))
+            return user_error(fmt::format(messages::kNumbersElsewhere, set),
+                              messages::kNumbersElsewhereHelp);
         if (!set_.ok()) return user_error(fmt::format(messages::kNoDataSetOfName, set));
         const Hdf5Handle layout(H5Dget_create_plist(set_), H5Pclose);
         if (!layout.ok() || H5Pget_layout(layout) == H5D_VIRTUAL ||
@@ -61,7 +64,11 @@ class SetNumbers final : public ArrayNumbers {
             return user_error(fmt::format(messages::kNumbersElsewhere, set),
                               messages::kNumbersElsewhereHelp);
         const Hdf5Handle type(H5Dget_type(set_), H5Tclose);
-        const H5T_class_t kind = H5Tget_class(type);
+        // Truth values of Python are an enumeration of integers.
+        const H5T_class_t said = H5Tget_class(type);
+        const Hdf5Handle numbers =
+            said == H5T_ENUM ? Hdf5Handle(H5Tget_super(type), H5Tclose) : Hdf5Handle();
+        const H5T_class_t kind = said == H5T_ENUM ? H5Tget_class(numbers) : said;
         if (kind != H5T_INTEGER && kind != H5T_FLOAT)
             return user_error(fmt::format(messages::kDataSetWithoutNumbers, set));
         space_ = {H5Dget_space(set_), H5Sclose};
@@ -89,7 +96,7 @@ class SetNumbers final : public ArrayNumbers {
             !stored)
             return stored;
         integers_ = kind == H5T_INTEGER;
-        is_signed_ = integers_ && H5Tget_sign(type) != H5T_SGN_NONE;
+        is_signed_ = integers_ && H5Tget_sign(numbers.ok() ? numbers : type) != H5T_SGN_NONE;
         plan(layout);
         return {};
     }
@@ -112,6 +119,16 @@ class SetNumbers final : public ArrayNumbers {
     bool has_lost() const override { return has_lost_; }
 
   private:
+    /// Whether a link on the way to a set leads to another file.
+    bool leads_elsewhere(const std::string& set) const {
+        for (size_t end = set.find('/', 1);; end = set.find('/', end + 1)) {
+            H5L_info_t link{};
+            const std::string part = set.substr(0, end);
+            if (H5Lget_info(file_, part.c_str(), &link, H5P_DEFAULT) < 0) return false;
+            if (link.type == H5L_TYPE_EXTERNAL) return true;
+            if (end == std::string::npos) return false;
+        }
+    }
     /// Names a filter that the library does not have, as none is loaded.
     static Result<void> check_filters(hid_t layout, const std::string& set) {
         const int count = H5Pget_layout(layout) == H5D_CHUNKED ? H5Pget_nfilters(layout) : 0;
