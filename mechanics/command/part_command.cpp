@@ -31,7 +31,7 @@ void note_coarse(PartRun* r) {
     if (r->summary.weakest.empty()) return;
     const double across = r->summary.weakest.front().across;
     if (across * kAcrossStep < kUnresolved || across * kAcrossStep >= kCoarse) return;
-    const double pitch = *std::ranges::max_element(r->problem.grid.pitch_mm);
+    const double pitch = *std::ranges::min_element(r->problem.grid.pitch_mm);
     r->problem.notes.push_back(fmt::format(messages::kCoarseThere, across, pitch * across / 4));
 }
 

@@ -36,6 +36,33 @@ std::vector<uint8_t> near_nodes(const Grid& g, const std::vector<int64_t>& nodes
     return out;
 }
 
+/// Steps across an element, or across what begins within two of it along an axis, if that is as soft or as stiff: where a
+/// thin wall ends on something thick, it breaks in what is thick already.
+uint8_t across_about(const PartProblem& p, size_t e) {
+    constexpr int32_t kNear = 2;
+    constexpr float kAlike = 10;
+    const Grid& g = p.grid;
+    const auto stiffness = [&](size_t i) {
+        return p.voxels.solid[i] > 0 ? p.voxels.mu[i] / p.voxels.solid[i] : 0;
+    };
+    const std::array<int32_t, 3> at = place_of(g, static_cast<int64_t>(e));
+    const float own = stiffness(e);
+    uint8_t least = p.across[e];
+    for (size_t axis = 0; axis < 3; ++axis)
+        for (const int32_t sign : {1, -1})
+            for (int32_t k = 1; k <= kNear; ++k) {
+                std::array<int32_t, 3> q = at;
+                q[axis] += sign * k;
+                if (q[axis] < 0 || q[axis] >= g.elements[axis]) break;
+                const size_t other = g.element(q[0], q[1], q[2]);
+                if (p.elements.kind[other] != kSolid) break;
+                if (p.across[other] >= least) continue;
+                const float there = stiffness(other);
+                if (there * kAlike > own && there < kAlike * own) least = p.across[other];
+            }
+    return least;
+}
+
 }  // namespace
 
 std::vector<uint8_t> near_holds_and_loads(const PartProblem& problem) {
@@ -101,23 +128,27 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
             if (out.least_safety == 0) out.least_safety = s;
             if (out.least_safety_away == 0 && !at_hold[at] && !at_load[at])
                 out.least_safety_away = s;
+            // Where it is far from the weakest, what is about it is, too.
+            constexpr double kFar = 4;
+            const uint8_t across =
+                s < kFar * out.least_safety ? across_about(problem, at) : problem.across[at];
             // A wall that is thicker, or flat, is off by less.
             constexpr double kMostCut = 1.2;
-            if (problem.across[at] >= kCoarse && s < kMostCut * out.least_safety) {
+            if (across >= kCoarse && s < kMostCut * out.least_safety) {
                 const double low = s / cut_excess(g, problem.voxels, problem.elements.kind, at);
                 if (out.least_safety_cut == 0 || low < out.least_safety_cut)
                     out.least_safety_cut = low;
             }
             // Elements are sorted by safety, but not by how far that may be off.
-            if (problem.across[at] >= kUnresolved) {
+            if (across >= kUnresolved) {
                 if (out.least_safety_resolved == 0) out.least_safety_resolved = s;
                 // Twisted shafts of 2.5 elements have 0.63 of their stress (docs/mechanics.md).
                 constexpr double kOff = 1.6;
-                if (out.least_safety_coarse == 0 && problem.across[at] < kCoarse)
+                if (out.least_safety_coarse == 0 && across < kCoarse)
                     out.least_safety_coarse = s / kOff;
             } else {
                 constexpr int kRough = 3 * kAcrossStep / 2;
-                const double low = s / (problem.across[at] >= kRough ? 2.5 : 4);
+                const double low = s / (across >= kRough ? 2.5 : 4);
                 if (out.least_safety_unresolved == 0 || low < out.least_safety_unresolved)
                     out.least_safety_unresolved = low;
             }
@@ -147,7 +178,7 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
         w.tension_MPa = static_cast<double>(fields.tension_MPa[at]);
         w.compression_MPa = static_cast<double>(fields.compression_MPa[at]);
         w.material = problem.voxels.code[at];
-        w.across = static_cast<double>(problem.across[at]) / kAcrossStep;
+        w.across = static_cast<double>(across_about(problem, at)) / kAcrossStep;
         w.at_hold = at_hold[at];
         w.at_load = at_load[at];
         out.weakest.push_back(w);

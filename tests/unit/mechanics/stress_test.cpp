@@ -327,6 +327,27 @@ TEST(MechanicsBuckling, WhatIsPulledDoesNot) {
     EXPECT_EQ(verdict_of(pressed.summary), Verdict::kBuckles);
 }
 
+// A rib on a block breaks at its root, whose stress is as coarse as the rib, not as fine as the block.
+TEST(MechanicsStress, TheRootOfARibIsAsCoarseAsTheRib) {
+    for (const int32_t thick : {1, 2, 3, 4, 5}) {
+        const Loaded l =
+            loaded(shape({16, 10, 16}, 0.3,
+                         [&](const Vec3& p) { return p[2] < 6 || (p[0] > 6 && p[0] < 6 + thick); }),
+                   R"({"held": [{"side": "-z"}],
+                                    "loads": [{"side": "+z", "force_N": [1, 0, 0]}]})");
+        const WeakPlace& root = l.summary.weakest.front();
+        EXPECT_NEAR(root.at_mm[2], 6, 1.6) << thick;
+        EXPECT_NEAR(root.across, std::min(thick, 4), 0.1) << thick;
+        if (thick < 2) {
+            EXPECT_GT(l.summary.least_safety_unresolved, 0);
+            EXPECT_NE(verdict_of(l.summary), Verdict::kHolds);
+        }
+        if (thick == 2 || thick == 3) {
+            EXPECT_LE(l.summary.least_safety_coarse, 0.63 * l.summary.least_safety) << thick;
+        }
+    }
+}
+
 // Of a round rod the elements that its surface goes through make it too stiff; what a verdict takes off is enough.
 TEST(MechanicsBuckling, RoundColumnsAreNotTakenForStiffer) {
     constexpr double kPi = std::numbers::pi;
