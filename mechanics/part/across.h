@@ -25,7 +25,8 @@ std::vector<uint8_t> elements_across(const Grid& grid, const Voxels& voxels,
                                      std::span<const uint8_t> kind, bool dithered);
 
 /// How many times as stiff, and its stress as small, a part may be where its surface goes through elements: these have
-/// their share of the material in their middle, so it lies too far out. 1 where it does not, or many lie across.
+/// their share of the material in their middle, so it lies too far out; and where elements are longer than they are
+/// across: bent along that side, they are too stiff. 1 where neither is, or many lie across.
 double cut_excess(const Grid& grid, const Voxels& voxels, std::span<const uint8_t> kind,
                   size_t element);
 

@@ -397,6 +397,37 @@ TEST(MechanicsBuckling, RoundColumnsAreNotTakenForStiffer) {
     EXPECT_EQ(flat.summary.least_safety_cut, flat.summary.least_safety);
 }
 
+// Elements that are long along what bends make it too stiff; what a verdict takes off is enough, and nothing of cubes.
+TEST(MechanicsBuckling, LongElementsAreNotTakenForStiffer) {
+    constexpr double kPi = std::numbers::pi;
+    for (const auto& [across, wide, side] :
+         {std::tuple(3, 1.0, 2.0), {4, 1.0, 2.0}, {8, 0.5, 2.0}, {4, 1.0, 1.0}}) {
+        const double thick = across * wide, length = 20 * thick;
+        Voxels v = full({static_cast<int32_t>(length / side), across, across}, 0.3);
+        v.pitch_mm = {side, wide, wide};
+        const double euler = kPi * kPi * kYoung * std::pow(thick, 4) / 12 / (4 * length * length);
+        Loaded l = loaded(v, R"({"held": [{"side": "-x"}],
+                              "loads": [{"side": "+x", "force_N": [-1, 0, 0]}]})");
+        const PartProblem& p = l.solved.problem;
+        const size_t middle = p.grid.element(p.grid.elements[0] / 2, 0, across - 1);
+        const double excess = cut_excess(p.grid, p.voxels, p.elements.kind, middle);
+        const double factor = buckling_factor(&l) / euler;
+        EXPECT_LE(factor, 1.03 * excess) << across << " " << side;
+        const Loaded bent = loaded(v, R"({"held": [{"side": "-x"}],
+                              "loads": [{"side": "+x", "force_N": [0, 0, -0.1]}]})");
+        const int32_t at = p.grid.elements[0] / 3;
+        const double wanted = 6 * 0.1 * (length - (at + 0.5) * side) / std::pow(thick, 3);
+        const double found = worst_at(bent, [&](const auto& q) { return q[0] == at; });
+        EXPECT_GE(found / wanted * excess, 0.98) << across << " " << side;
+        if (side > wide) {
+            EXPECT_GT(factor, 1.04) << across;
+            EXPECT_GE(factor, 0.85 * excess) << across;
+        } else {
+            EXPECT_EQ(excess, 1);
+        }
+    }
+}
+
 // In what is pulled, single voxels of a dithered mixture are pressed; it does not buckle for that, and of blocks none is.
 TEST(MechanicsBuckling, ADitheredBlockThatIsPulledIsNotSearched) {
     uint32_t state = 1;
