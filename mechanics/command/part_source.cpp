@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/sample_parts.h"
 #include "mechanics/messages.h"
 #include "mechanics/part/doubts.h"
 
@@ -17,12 +18,6 @@ namespace fs = std::filesystem;
 
 /// What is in memory besides grids.
 constexpr int64_t kProgram = 40 << 20;
-
-/// How many of the printer's voxels a mean takes along a side, as program/supersample.h has it.
-double voxels_along(double side_mm, double own_mm) {
-    constexpr double kMost = 32, kSlack = 1e-6;
-    return std::clamp(std::ceil(side_mm / own_mm - kSlack), 1.0, kMost);
-}
 }  // namespace
 
 Result<PartSource> PartSource::open(const CommonOptions& o, const fs::path& folder) {
@@ -45,8 +40,9 @@ Result<PrintRequest> PartSource::request(const Vec3& pitch_mm) const {
     out.supersample = parts_of_elements(o_, pitch_mm, own);
     // Elements begin where the part does, up to a sample: a wall of three is three of them.
     for (size_t a = 0; a < 3; ++a)
-        out.lattice_mm[a] = pitch_mm[a] / (out.supersample > 0 ? out.supersample
-                                                               : voxels_along(pitch_mm[a], own[a]));
+        out.lattice_mm[a] =
+            pitch_mm[a] /
+            (out.supersample > 0 ? out.supersample : samples_along(pitch_mm[a], own[a]));
     return out;
 }
 
@@ -201,7 +197,10 @@ Result<FootLayers> PartSource::read_foot(const Vec3& pitch_mm, double height_mm)
     // The lowest element may be the second of a part that begins within the first.
     const double above = height_mm + 2 * std::min(pitch_mm[2], size->mm[2]);
     const int slices = static_cast<int>(std::ceil(above / layer)) + kFootLayers;
-    const Result<fs::path> printed = print_lowest(request, slices, folder_);
+    // A plate is printed whole.
+    const double least = size->mm[2] - 2 * BuildSize::kPitch_mm;
+    const Result<fs::path> printed =
+        print_lowest(request, slices < std::floor(least / layer) ? slices : 0, folder_);
     if (!printed) return printed.error();
     const Result<VoxelFile> file = open_voxels(*printed);
     if (!file) return file.error();

@@ -368,10 +368,12 @@ Result<void> check_stands(const Stand& s) {
     if (s.foot.kind == Foot::Kind::kNotResolved)
         return user_error(fmt::format(messages::kStandNotResolved, s.foot.error_mm),
                           messages::kStandNotResolvedHelp);
-    return user_error(s.foot.kind == Foot::Kind::kRolls
-                          ? fmt::format(messages::kRolls, s.foot.round_mm,
-                                        s.centre_mm[2] - s.floor_mm, to[0], to[1])
-                          : fmt::format(messages::kFalls, to[0], to[1]));
+    return user_error(
+        s.foot.kind == Foot::Kind::kRolls
+            ? fmt::format(messages::kRolls, s.foot.round_mm,
+                          (s.pieces > 1 ? s.of_piece_mm : s.centre_mm)[2] - s.floor_mm, to[0],
+                          to[1])
+            : fmt::format(messages::kFalls, to[0], to[1]));
 }
 
 }  // namespace
@@ -405,7 +407,10 @@ Result<void> run_stand(const StandOptions& o) {
     const Result<FootLayers> foot = source->read_foot(
         r.problem.grid.pitch_mm, r.stand.floor_mm - r.problem.voxels.origin_mm[2]);
     if (!foot) return foot.error();
-    r.stand.look_at(*foot);
+    r.stand.look_at_pieces(r.problem.grid, r.problem.voxels, r.problem.elements, r.weighs, *foot);
+    if (r.stand.pieces > 1)
+        r.problem.notes.push_back(fmt::format(messages::kPiecesStandAlone, r.stand.pieces,
+                                              stand_point(r.stand.of_piece_mm)));
     constexpr size_t kPlaces = 6;
     r.thin = thinnest(r.problem.grid, r.problem.voxels, r.problem.elements.kind, kPlaces);
     // As dithered each voxel is alone.

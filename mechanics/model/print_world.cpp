@@ -152,8 +152,9 @@ Result<fs::path> print_lowest(const PrintRequest& request, int slices, const fs:
     PrintRequest lowest = request;
     lowest.codes = true;
     lowest.dither = "majority";
-    return print_array(lowest, folder, "lowest",
-                       {"--bleed", "undo", "--slices", fmt::format("0:{}", slices)});
+    std::vector<std::string> more{"--bleed", "undo"};
+    if (slices > 0) more.insert(more.end(), {"--slices", fmt::format("0:{}", slices)});
+    return print_array(lowest, folder, "lowest", more);
 }
 
 Result<fs::path> print_object(const PrintRequest& request, const std::string& object, int around,
@@ -176,7 +177,7 @@ Result<fs::path> print_cell(const PrintRequest& request, const CellBox& box,
 Result<BuildSize> build_size(const PrintRequest& request, const fs::path& folder) {
     const fs::path file = folder / "estimate.json";
     PrintRequest coarse = request;
-    coarse.pitch_mm = {0.5, 0.5, 0.5};
+    coarse.pitch_mm = {BuildSize::kPitch_mm, BuildSize::kPitch_mm, BuildSize::kPitch_mm};
     std::vector<std::string> argv = print_words(coarse);
     argv.insert(argv.end(), {"--dry-run", "--stats", file.string()});
     if (Result<void> done = run(argv, folder); !done) return done.error();

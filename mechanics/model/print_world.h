@@ -43,7 +43,7 @@ Result<std::filesystem::path> print_voxels(const PrintRequest& request,
                                            const std::filesystem::path& folder,
                                            const std::string& name);
 
-/// The same of the lowest slices alone, as codes without a dither.
+/// The same of the lowest slices alone, or of all where `slices` is 0, as codes without a dither.
 Result<std::filesystem::path> print_lowest(const PrintRequest& request, int slices,
                                            const std::filesystem::path& folder);
 
@@ -61,6 +61,7 @@ Result<std::filesystem::path> print_cell(const PrintRequest& request, const Cell
                                          const std::filesystem::path& folder);
 
 struct BuildSize {
+    static constexpr double kPitch_mm = 0.5;   ///< it is known up to one at each end
     std::array<double, 3> mm{};                ///< of what is built
     std::array<double, 3> printer_pitch_mm{};  ///< 0: not known
 };

@@ -21,12 +21,19 @@ struct Stand {
     Foot foot;
     /// By how much it may be tilted, over the weakest edge of what is flat of the foot; below 0 it falls by itself.
     double margin_deg = 0;
+    /// Of a part in several, each of which has to stand by itself: `foot` and `margin_deg` are of the one that stands least,
+    /// and so is its centre of mass.
+    size_t pieces = 1;
+    Vec3 of_piece_mm{};
 
     bool stands() const {
         return foot.kind == Foot::Kind::kStands || foot.kind == Foot::Kind::kRocks;
     }
     /// Looks at the foot again, in voxels of another size.
     void look_at(const FootLayers& layers);
+    /// The same of each piece of what is solid.
+    void look_at_pieces(const Grid& grid, const Voxels& voxels, const PartElements& elements,
+                        bool known, const FootLayers& layers);
 };
 
 /// Densities of `voxels` count, 1 g/cm3 where `known` is false. The contact are the lowest solid elements.

@@ -289,6 +289,8 @@ TEST_F(Mechanics, WhetherItStandsDoesNotDependOnThePitch) {
     };
     for (const Part& part :
          {Part{R"({"box": [20, 10, 10]})", "[0, 0, 0]", 0},
+          // Lower than the layers that are looked at.
+          {R"({"box": [30, 30, 0.6]})", "[0, 0, 0]", 0},
           {R"({"sphere": 10})", "[0, 0, 0]", 1},
           {R"({"cylinder": [8, 20]})", "[90, 0, 0]", 1},
           {R"({"torus": [9, 3]})", "[90, 0, 0]", 1},

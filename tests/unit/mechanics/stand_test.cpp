@@ -82,6 +82,35 @@ TEST(MechanicsStand, AnArmThatReachesTooFarFalls) {
     EXPECT_NEAR(s.margin_deg, std::atan2(2 - x, z) * 180 / std::numbers::pi, 1e-9);
 }
 
+// A box beside a ball is no foot for it, though the hull of both has their centre of mass.
+TEST(MechanicsStand, EachPieceStandsByItself) {
+    const auto square = [](double a) { return a * a; };
+    for (const bool rolls : {true, false}) {
+        const Looked l = looked(solid({130, 60, 60}, 0.1, [&](const Vec3& p) {
+            if (p[0] < 4) return p[1] < 4 && p[2] < 4;
+            return rolls ? square(p[0] - 9) + square(p[1] - 3) + square(p[2] - 3) < 9 : p[0] > 8;
+        }));
+        FootLayers layers;
+        layers.size = {130, 60, kFootLayers};
+        layers.pitch_mm = l.voxels.pitch_mm;
+        layers.origin_mm = l.voxels.origin_mm;
+        const size_t below = size_t{130} * 60 * kFootLayers;
+        for (size_t e = 0; e < below; ++e)
+            layers.inside.push_back(l.voxels.solid[e] > 0 ? 1 : 0);
+        Stand s = stand_of(l.grid, l.voxels, l.elements, true);
+        EXPECT_TRUE(s.stands());
+        s.look_at_pieces(l.grid, l.voxels, l.elements, true, layers);
+        EXPECT_EQ(s.pieces, 2U);
+        EXPECT_EQ(s.stands(), !rolls);
+        EXPECT_NEAR(s.of_piece_mm[0], rolls ? 9 : 10.5, 0.01);
+        if (rolls) {
+            EXPECT_NEAR(s.foot.round_mm, 3, 0.3);
+        } else {
+            EXPECT_NEAR(s.margin_deg, std::atan2(2.5, 3) * 180 / std::numbers::pi, 0.01);
+        }
+    }
+}
+
 // A ball rolls, a tip and an edge fall over, whatever the staircase of their voxels says; what is flat, or round
 // but heavy below, stands.
 TEST(MechanicsStand, AStaircaseOfVoxelsIsNoFoot) {
