@@ -15,6 +15,7 @@
 #include "backends/common/messages.h"
 #include "backends/common/output_lock.h"
 #include "base/system_reason.h"
+#include "base/write_all.h"
 
 namespace openfab::backends {
 
@@ -24,17 +25,6 @@ Error folder_error(const char* what, const std::filesystem::path& path, int code
     return outside_error(fmt::format("{} `{}`: {}", what, path.string(), system_reason(code)));
 }
 
-/// Writes all of `bytes`; returns 0 or the error's number.
-int write_all(int fd, std::span<const uint8_t> bytes) {
-    while (!bytes.empty()) {
-        // Linux writes at most 2 GiB at once.
-        const ssize_t n = ::write(fd, bytes.data(), std::min<size_t>(bytes.size(), 1U << 30));
-        if (n < 0 && errno != EINTR) return errno;
-        if (n > 0) bytes = bytes.subspan(static_cast<size_t>(n));
-    }
-    return 0;
-}
-
 /// Makes `bytes` the contents of a file; returns 0 or the error's number.
 int fill(int fd, std::span<const uint8_t> bytes) {
     // Not O_TRUNC: a file that becomes empty is written to the disk when it is closed, by itself.
@@ -42,7 +32,7 @@ int fill(int fd, std::span<const uint8_t> bytes) {
     if (::fstat(fd, &before) != 0) return errno;
     const auto size = static_cast<off_t>(bytes.size());
     if (before.st_size > size && ::ftruncate(fd, size) != 0) return errno;
-    return write_all(fd, bytes);
+    return write_all(fd, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace
@@ -55,7 +45,7 @@ GrowingFile::~GrowingFile() {
 }
 
 Result<void> GrowingFile::add(std::string_view text) const {
-    const int code = write_all(fd_, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+    const int code = write_all(fd_, text);
     return code == 0 ? Result<void>() : folder_error(messages::kCannotWriteTo, path_, code);
 }
 

@@ -8,29 +8,19 @@
 
 #include <cerrno>
 #include <functional>
-#include <string_view>
 #include <vector>
 
 #include "base/input_file.h"
 #include "base/messages.h"
 #include "base/own_folder.h"
 #include "base/system_reason.h"
+#include "base/write_all.h"
 
 namespace openfab {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-/// Writes all of it; returns 0 or the error's number.
-int write_all(int descriptor, std::string_view bytes) {
-    while (!bytes.empty()) {
-        const ssize_t wrote = ::write(descriptor, bytes.data(), bytes.size());
-        if (wrote < 0 && errno != EINTR) return errno;
-        if (wrote > 0) bytes.remove_prefix(static_cast<size_t>(wrote));
-    }
-    return 0;
-}
 
 /// Makes a file under another name, which `fill` writes, and moves it to `file`, so that none is there in part. Both
 /// return 0 or an error's number.

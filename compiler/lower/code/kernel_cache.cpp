@@ -10,7 +10,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <system_error>
@@ -21,6 +20,7 @@
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/own_folder.h"
+#include "base/write_all.h"
 #include "texture/cache.h"
 
 namespace openfab::lower {
@@ -138,16 +138,6 @@ std::string seal_of(const KernelKey& key, std::string_view code, int64_t stored_
     return std::string(kSeal) + stored + bytes_of(&hash);
 }
 
-bool write_all(int descriptor, std::string_view bytes) {
-    while (!bytes.empty()) {
-        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-        if (written < 0 && errno == EINTR) continue;
-        if (written <= 0) return false;
-        bytes.remove_prefix(static_cast<size_t>(written));
-    }
-    return true;
-}
-
 }  // namespace
 
 std::string KernelKey::text() const {
@@ -223,8 +213,8 @@ bool KernelCache::write(const KernelObject& object) const {
     });
     if (descriptor < 0) return false;
     const bool whole =
-        write_all(descriptor, object.code) &&
-        write_all(descriptor, seal_of(object.key, object.code, object.stored_bytes)) &&
+        write_all(descriptor, object.code) == 0 &&
+        write_all(descriptor, seal_of(object.key, object.code, object.stored_bytes)) == 0 &&
         ::rename(made.c_str(), entry(object.key).c_str()) == 0;
     if (!whole) ::unlink(made.c_str());
     ::close(descriptor);
