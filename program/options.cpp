@@ -11,6 +11,7 @@
 
 #include "backends/formats/formats.h"
 #include "backends/stream/address.h"
+#include "base/sample_parts.h"
 #include "program/messages.h"
 #include "program/option_texts.h"
 

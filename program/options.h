@@ -19,8 +19,6 @@
 
 namespace openfab::program {
 
-/// The largest --fractions-supersample: 32768 times as many voxels are enough.
-constexpr int32_t kMostSupersampling = 32;
 /// The largest --around.
 constexpr int32_t kMostAround = 64;
 

@@ -16,6 +16,7 @@
 #include "backends/raster/fraction_file.h"
 #include "backends/raster/grey_stack.h"
 #include "base/cores.h"
+#include "base/sample_parts.h"
 #include "program/messages.h"
 #include "program/outputs.h"
 #include "program/prepare.h"
@@ -28,12 +29,9 @@ namespace {
 
 /// Returns how many of the printer's voxels a voxel is across, at least 1.
 Vec3d own_voxels(const Vec3d& pitch_mm, const Vec3d& printer_pitch_mm) {
-    constexpr double kSlack = 1e-6;  // of a quotient that is a whole number
     Vec3d out;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double own_mm = printer_pitch_mm[axis];  // 0: not known
-        out[axis] = own_mm > 0 ? std::max(1.0, std::ceil(pitch_mm[axis] / own_mm - kSlack)) : 1.0;
-    }
+    for (int axis = 0; axis < 3; ++axis)
+        out[axis] = own_voxels_along(pitch_mm[axis], printer_pitch_mm[axis]);
     return out;
 }
 
@@ -42,11 +40,10 @@ Vec3d own_voxels(const Vec3d& pitch_mm, const Vec3d& printer_pitch_mm) {
 Vec3i fraction_parts(const Options& options, const Vec3d& pitch_mm, const Vec3d& printer_pitch_mm) {
     const std::optional<int32_t> n = options.sample_centres ? 1 : options.fractions_supersample;
     if (n) return {*n, *n, *n};
-    const Vec3d own = own_voxels(pitch_mm, printer_pitch_mm);
-    const auto part = [](double parts) {
-        return static_cast<int32_t>(std::min(parts, double{kMostSupersampling}));
+    const auto part = [&](int axis) {
+        return samples_along(pitch_mm[axis], printer_pitch_mm[axis]);
     };
-    return {part(own.x), part(own.y), part(own.z)};
+    return {part(0), part(1), part(2)};
 }
 
 std::string describe_parts(const Vec3i& parts, const Options& options, const Vec3d& pitch_mm,
