@@ -134,7 +134,13 @@ Result<void> ShapeBinder::bind(const world::Object& object, const std::array<dou
         const Result<const openfab_fablet*> fablet = sources_.fablet_of(as);
         if (!fablet) return fablet.error();
         Result<BoundUniforms> bound = sources_.uniforms(as, **fablet, false);
-        if (!bound) return bound.error();
+        if (!bound) {
+            Error error = bound.error();
+            // A value that is wrong is where it stands.
+            if (error.location == ref.location)
+                error.help += fmt::format(messages::kOfShapesFablet, ref.fablet, object.fablet);
+            return error;
+        }
         Result<std::vector<std::shared_ptr<const texture::Pyramid>>> textures =
             sources_.textures(*bound);
         if (!textures) return textures.error();

@@ -221,6 +221,26 @@ TEST_F(Shape, WhatIsNoSolidIsTold) {
     }
 }
 
+// An object of another fablet: the shape's uniforms are those that `fablets` gives it, and the message says so.
+TEST_F(Shape, AShapeOfAnotherFabletNamesWhereItsUniformsAre) {
+    write("{ return length(attr.p) - 6; }");
+    std::string text = read_file((scratch_ / "w.fab.json").string());
+    const std::string own = R"("fablet": "f",
+            "uniforms": {"white": "White", "black": "Black"})";
+    text.replace(text.find(own), own.size(), R"("fablet": "plain", "uniforms": {"m": "White"})");
+    scratch_.write("w.fab.json", text);
+    const Outcome asked = attempt({}, "0.5mm");
+    EXPECT_EQ(asked.exit_code, 1);
+    EXPECT_THAT(asked.err, Says(part::messages::kNotBound, "body", "Material white", "F"));
+    EXPECT_THAT(asked.err, Says(part::messages::kOfShapesFablet, "f", "plain"));
+    const std::string given = R"("fablet": "F"})";
+    text.replace(text.find(given), given.size(),
+                 R"("fablet": "F", "uniforms": {"white": "White", "black": "Black"}})");
+    scratch_.write("w.fab.json", text);
+    const Outcome done = attempt({}, "0.5mm");
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+}
+
 // Its surface stage hands something on, and moves nothing.
 TEST_F(Shape, AsksForWhatItsSurfaceStageLeavesWhereItIs) {
     const auto with = [&](const char* bound) {
