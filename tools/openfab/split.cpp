@@ -212,9 +212,9 @@ class Splitter {
     void describe(const pieces::Tree& tree) const {
         for (size_t i = 0; i < tree.cuts.size(); ++i) {
             const pieces::Cut& cut = tree.cuts[i];
-            show(fmt::format("  cut {}: normal {:.3g} {:.3g} {:.3g} at {:.4g} mm, {} dowels\n",
+            show(fmt::format("  cut {}: normal {:.3g} {:.3g} {:.3g} at {:.4g} mm, {} dowel{}\n",
                              i + 1, cut.normal.x, cut.normal.y, cut.normal.z, cut.offset_mm,
-                             cut.connectors.size()));
+                             cut.connectors.size(), cut.connectors.size() == 1 ? "" : "s"));
         }
     }
 
