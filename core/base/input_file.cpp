@@ -35,6 +35,15 @@ const char* kind_of(mode_t mode) {
     return messages::kKindDevice;
 }
 
+bool is_below_any(const fs::path& path, const std::vector<fs::path>& roots) {
+    return roots.empty() || std::any_of(roots.begin(), roots.end(),
+                                        [&](const fs::path& root) { return is_below(path, root); });
+}
+
+Error not_below(const fs::path& path, const std::vector<fs::path>& roots) {
+    return user_error(fmt::format(messages::kNotBelow, path.string(), roots.front().string()));
+}
+
 }  // namespace
 
 fs::path without_links(const fs::path& path) {
@@ -68,7 +77,12 @@ Result<InputFile> InputFile::open(const fs::path& file, const std::vector<fs::pa
     if (descriptor < 0) {
         // A socket, or a device without a driver.
         if (errno == ENXIO) return user_error(messages::kNotAFile);
-        return reason_of(errno);
+        const int code = errno;
+        // In a jail (jail.h) what lies elsewhere cannot be opened at all.
+        if (const fs::path place = without_links(file);
+            code == EACCES && !is_below_any(place, roots))
+            return not_below(place, roots);
+        return reason_of(code);
     }
     InputFile opened(descriptor, 0);
     struct stat status {};
@@ -80,10 +94,8 @@ Result<InputFile> InputFile::open(const fs::path& file, const std::vector<fs::pa
     std::error_code unknown;
     const fs::path resolved = fs::read_symlink(opened.name(), unknown);
     if (unknown) return outside_error(fmt::format(messages::kPlaceUnknown, unknown.message()));
-    for (const fs::path& root : roots) {
-        if (is_below(resolved, root)) return opened;
-    }
-    return user_error(fmt::format(messages::kNotBelow, resolved.string(), roots.front().string()));
+    if (is_below_any(resolved, roots)) return opened;
+    return not_below(resolved, roots);
 }
 
 InputFile::~InputFile() {

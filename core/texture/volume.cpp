@@ -12,6 +12,7 @@
 
 #include "base/hash.h"
 #include "base/input_file.h"
+#include "base/jail.h"
 #include "base/text.h"
 #include "texture/data_files.h"
 #include "texture/helper.h"
@@ -192,10 +193,8 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
 
 namespace {
 
-/// Names the data files of a header of NRRD, NIfTI or MetaImage, or of an XDMF file; none of any other file,
-/// or of one that cannot be read.
-std::vector<std::string> data_files_of(const fs::path& file, std::optional<double> time,
-                                       const std::string& field, const ReadLimits& limits) {
+std::vector<std::string> read_data_files_of(const fs::path& file, std::optional<double> time,
+                                            const std::string& field, const ReadLimits& limits) {
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return {};
     if (is_xdmf(file)) {
@@ -226,6 +225,17 @@ std::vector<std::string> data_files_of(const fs::path& file, std::optional<doubl
     if (name.empty()) return {};
     Result<std::vector<std::string>> names = read_data_files(name, listed);
     return names ? std::move(*names) : std::vector<std::string>();
+}
+
+/// Names the data files of a header of NRRD, NIfTI or MetaImage, or of an XDMF file; none of any other file,
+/// or of one that cannot be read.
+std::vector<std::string> data_files_of(const fs::path& file, std::optional<double> time,
+                                       const std::string& field, const ReadLimits& limits) {
+    using Names = std::vector<std::string>;
+    Result<Names> names = read_in_jail<Names>(
+        file, limits_of_header(file, limits.memory_bytes),
+        [&]() -> Result<Names> { return read_data_files_of(file, time, field, limits); });
+    return names ? std::move(*names) : Names();
 }
 
 }  // namespace

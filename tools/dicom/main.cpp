@@ -19,9 +19,9 @@ int dicom_main(int argc, char** argv) {
     using namespace openfab;
     if (argc == 4 && std::string_view(argv[1]) == "--segments") {
         const texture::ReadLimits limits;
-        const Result<void> done = tools::guarded(limits.memory_bytes, argv[2], [&] {
-            return tools::write_segment_list(argv[2], argv[3], limits);
-        });
+        const Result<void> done = tools::guarded(
+            limits.memory_bytes, argv[2],
+            [&] { return tools::write_segment_list(argv[2], argv[3], limits); }, argv[3]);
         return done ? 0 : say_error(done.error());
     }
     return openfab::tools::convert_guarded(argc, argv, openfab::tools::make_dicom_volume_file);

@@ -11,6 +11,7 @@
 #include "base/affine.h"
 #include "base/input_file.h"
 #include "base/text.h"
+#include "mesh/load/jailed.h"
 #include "mesh/read/threemf_shapes.h"
 #include "tools/fields/function_text.h"
 #include "tools/openfab/messages.h"
@@ -79,6 +80,14 @@ Result<ImportedFields> load_fields(const fs::path& file, const mesh::MeshOptions
     if (!opened) return with_context(opened.error(), file.string() + ": ");
     const Result<std::string> bytes = opened->read_all(options.memory_bytes);
     if (!bytes) return with_context(bytes.error(), file.string() + ": ");
+    // Functions are not handed over a line: they are read here, too, after a reader in a jail came to its end.
+    const Result<bool> tried = read_in_jail<bool>(
+        file, mesh::reading_limits(file, options.memory_bytes), [&]() -> Result<bool> {
+            const Result<mesh::ReadThreemfShapes> first = mesh::parse_threemf_shapes(
+                *bytes, file.string(), options.memory_bytes - static_cast<int64_t>(bytes->size()));
+            return first ? Result<bool>(true) : first.error();
+        });
+    if (!tried) return tried.error();
     Result<mesh::ReadThreemfShapes> read = mesh::parse_threemf_shapes(
         *bytes, file.string(), options.memory_bytes - static_cast<int64_t>(bytes->size()));
     if (!read) return read.error();

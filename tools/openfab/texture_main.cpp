@@ -13,6 +13,7 @@
 #include "tools/texture/command_line.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
+#include "tools/texture/guarded.h"
 #include "tools/texture/optional_converter.h"
 
 namespace {
@@ -26,12 +27,15 @@ int texture_main(int argc, char** argv) {
     const OptionalConverter* other =
         job.is_volume ? optional_converter(job.input, job.options) : nullptr;
     if (other != nullptr) return openfab::say_error(execute(*other, argv));
-    return do_quietly([&] {
+    const auto make = [&] {
         if (job.check) return check_picture_file(job.input, job.options.image, job.limits);
         return job.is_volume
                    ? make_volume_file(job.input, job.output, job.options, job.limits)
                    : make_pyramid_file(job.input, job.output, job.options.image, job.limits);
-    });
+    };
+    const openfab::Result<void> done =
+        guarded(job.limits.memory_bytes, job.input, make, job.output);
+    return done ? 0 : openfab::say_error(done.error());
 }
 
 }  // namespace

@@ -117,9 +117,9 @@ int convert_guarded(int argc, char** argv, MakeVolume* make) {
     TextureJob job;
     if (const std::optional<int> code = parse_texture_job(argc, argv, &job)) return *code;
     // Quiet in its child, but for its notes.
-    const Result<void> done = guarded(job.limits.memory_bytes, job.input, [&] {
-        return make(job.input, job.output, job.options, job.limits);
-    });
+    const Result<void> done = guarded(
+        job.limits.memory_bytes, job.input,
+        [&] { return make(job.input, job.output, job.options, job.limits); }, job.output);
     return done ? 0 : say_error(done.error());
 }
 

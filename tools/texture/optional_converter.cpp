@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/input_file.h"
+#include "base/jail.h"
 #include "base/text.h"
 #include "texture/volume.h"
 #include "texture/xdmf_grid.h"
@@ -31,11 +32,16 @@ constexpr OptionalConverter kOpenVdb{"openfab-texture-vdb", "OpenVDB", messages:
 constexpr OptionalConverter kHdf5{"openfab-texture-hdf5", "HDF5", messages::kSetupHdf5};
 
 bool has_hdf(const fs::path& path, const texture::VolumeOptions& options) {
-    const Result<InputFile> file = InputFile::open(path);
-    if (!file) return false;
-    const Result<texture::XdmfGrid> grid =
-        texture::read_xdmf_grid(*file, options.time, options.field, {});
-    return grid && grid->has_hdf();
+    const texture::ReadLimits limits;
+    const Result<bool> has = read_in_jail<bool>(
+        path, limits_of_header(path, limits.memory_bytes), [&]() -> Result<bool> {
+            const Result<InputFile> file = InputFile::open(path);
+            if (!file) return file.error();
+            const Result<texture::XdmfGrid> grid =
+                texture::read_xdmf_grid(*file, options.time, options.field, limits);
+            return grid ? Result<bool>(grid->has_hdf()) : grid.error();
+        });
+    return has && *has;
 }
 
 const OptionalConverter* by_content(const fs::path& path) {

@@ -6,6 +6,7 @@
 
 #include "base/input_file.h"
 #include "base/text.h"
+#include "mesh/load/jailed.h"
 #include "mesh/model/messages.h"
 #include "mesh/read/beams_npz.h"
 #include "mesh/read/beams_text.h"
@@ -52,26 +53,9 @@ Result<ReadBeams> parse(std::string_view bytes, const std::filesystem::path& fil
     return parse_beams(bytes, file, options.memory_bytes);
 }
 
-}  // namespace
-
-std::string beam_formats() {
-    return ".txt, .npz, .3mf";
-}
-
-Result<LoadedBeams> load_beams(const std::filesystem::path& file, const BeamOptions& options) {
-    const Result<std::string> bytes = read_bytes(file, options.memory_bytes);
-    if (!bytes) return bytes.error();
-    Result<ReadBeams> read = parse(*bytes, file, options);
-    if (!read) return read.error();
-    const double unit = options.unit_mm.value_or(read->unit_mm);
-    if (unit != 1) scale(unit, &read->beams);
-    return LoadedBeams{std::move(read->beams), std::move(read->warnings)};
-}
-
-Result<LoadedLattices> load_lattices(const std::filesystem::path& file,
+Result<LoadedLattices> read_lattices(const std::filesystem::path& file,
                                      const BeamOptions& options) {
     LoadedLattices out;
-    if (!is_threemf(file)) return out;
     const Result<std::string> bytes = read_bytes(file, options.memory_bytes);
     if (!bytes) return bytes.error();
     Result<ReadThreemfBeams> read =
@@ -86,6 +70,31 @@ Result<LoadedLattices> load_lattices(const std::filesystem::path& file,
                                 static_cast<int64_t>(one.beams.beams.size())});
     }
     return out;
+}
+
+}  // namespace
+
+std::string beam_formats() {
+    return ".txt, .npz, .3mf";
+}
+
+Result<LoadedBeams> load_beams(const std::filesystem::path& file, const BeamOptions& options) {
+    return beams_from_jail(file, options.memory_bytes, [&]() -> Result<LoadedBeams> {
+        const Result<std::string> bytes = read_bytes(file, options.memory_bytes);
+        if (!bytes) return bytes.error();
+        Result<ReadBeams> read = parse(*bytes, file, options);
+        if (!read) return read.error();
+        const double unit = options.unit_mm.value_or(read->unit_mm);
+        if (unit != 1) scale(unit, &read->beams);
+        return LoadedBeams{std::move(read->beams), std::move(read->warnings)};
+    });
+}
+
+Result<LoadedLattices> load_lattices(const std::filesystem::path& file,
+                                     const BeamOptions& options) {
+    if (!is_threemf(file)) return LoadedLattices{};
+    return lattices_from_jail(file, options.memory_bytes,
+                              [&] { return read_lattices(file, options); });
 }
 
 }  // namespace openfab::mesh

@@ -17,6 +17,7 @@
 #include "mesh/load/bodies.h"
 #include "mesh/load/face_numbers.h"
 #include "mesh/load/finish_mesh.h"
+#include "mesh/load/jailed.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/messages.h"
 #include "mesh/read/gltf.h"
@@ -94,13 +95,13 @@ struct ReadFile {
     Unit unit;
 };
 
-Result<ReadFile> read_bytes(std::string_view bytes, const fs::path& file, int64_t memory_bytes,
-                            const MeshOptions& options) {
+Result<MeshSource> read_source(std::string_view bytes, const fs::path& file, int64_t memory_bytes) {
     const Format* format = find_format(file);
-    if (format == nullptr) return no_format(file);
-    Result<MeshSource> source = format->read(bytes, file.string(), memory_bytes);
-    if (!source) return source.error();
-    ReadFile out{std::move(*source), {}, {}};
+    return format == nullptr ? no_format(file) : format->read(bytes, file.string(), memory_bytes);
+}
+
+ReadFile with_unit(MeshSource source, const MeshOptions& options) {
+    ReadFile out{std::move(source), {}, {}};
     part_bare_faces(&out.source);
     out.unit = unit_of(&out.source, options);
     return out;
@@ -119,14 +120,16 @@ Result<void> find_bodies_of(ReadFile* file, int64_t memory_bytes) {
 
 Result<ReadFile> read_file(const fs::path& file, const MeshOptions& options, int64_t memory_bytes) {
     if (find_format(file) == nullptr) return no_format(file);
-    Result<std::string> bytes = read_text_file(
-        file, static_cast<size_t>(std::clamp<int64_t>(memory_bytes, 0, kMaxFileBytes)));
-    if (!bytes) return bytes.error();
-    Result<ReadFile> out =
-        read_bytes(*bytes, file, memory_bytes - static_cast<int64_t>(bytes->capacity()), options);
-    if (!out) return out;
-    bytes = std::string();  // the next steps take as much again
-    if (Result<void> found = find_bodies_of(&*out, memory_bytes); !found) return found.error();
+    // The bytes of the file are in the jail alone: the next steps take as much again.
+    Result<MeshSource> source = mesh_from_jail(file, memory_bytes, [&]() -> Result<MeshSource> {
+        const Result<std::string> bytes = read_text_file(
+            file, static_cast<size_t>(std::clamp<int64_t>(memory_bytes, 0, kMaxFileBytes)));
+        if (!bytes) return bytes.error();
+        return read_source(*bytes, file, memory_bytes - static_cast<int64_t>(bytes->capacity()));
+    });
+    if (!source) return source.error();
+    ReadFile out = with_unit(std::move(*source), options);
+    if (Result<void> found = find_bodies_of(&out, memory_bytes); !found) return found.error();
     return out;
 }
 
@@ -385,11 +388,12 @@ Result<LoadedMesh> load_mesh(const fs::path& file, const MeshOptions& options) {
 
 Result<LoadedMesh> parse_mesh(std::string_view bytes, const fs::path& file,
                               const MeshOptions& options) {
-    Result<ReadFile> read = read_bytes(bytes, file, options.memory_bytes, options);
-    if (!read) return read.error();
-    if (Result<void> found = find_bodies_of(&*read, options.memory_bytes); !found)
+    Result<MeshSource> source = read_source(bytes, file, options.memory_bytes);
+    if (!source) return source.error();
+    ReadFile read = with_unit(std::move(*source), options);
+    if (Result<void> found = find_bodies_of(&read, options.memory_bytes); !found)
         return found.error();
-    return finish_whole(std::move(*read), options, false);
+    return finish_whole(std::move(read), options, false);
 }
 
 Result<LoadedMesh> read_mesh(const fs::path& file, const MeshOptions& options) {

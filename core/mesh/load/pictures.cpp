@@ -3,6 +3,7 @@
 #include "mesh/load/pictures.h"
 
 #include "base/text.h"
+#include "mesh/load/jailed.h"
 #include "mesh/read/gltf.h"
 #include "mesh/read/obj.h"
 #include "mesh/read/ply.h"
@@ -26,7 +27,11 @@ Result<void> read_pictures(const std::filesystem::path& file, std::span<const st
                                    {".3mf", read_threemf_pictures}};
     const std::string extension = lower_ascii(file.extension().string());
     for (const Format& format : kFormats) {
-        if (extension == format.extension) return format.read(file, sources, memory_bytes, take);
+        if (extension != format.extension) continue;
+        return pictures_from_jail(file, memory_bytes, sources.size(), take,
+                                  [&](const TakePicture& taken) {
+                                      return format.read(file, sources, memory_bytes, taken);
+                                  });
     }
     return {};
 }

@@ -3,14 +3,13 @@
 #include "mesh/read/obj.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <unordered_set>
 
+#include "base/own_threads.h"
 #include "base/plain_text.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/messages.h"
@@ -50,7 +49,7 @@ class ObjReader {
         for (size_t first = 0; first < parts.size() && !error_; first += kPartsAtOnce) {
             pieces.clear();
             pieces.resize(std::min(kPartsAtOnce, parts.size() - first));
-            tbb::parallel_for(size_t{0}, pieces.size(), [&](size_t i) {
+            on_own_threads(pieces.size(), [&](size_t i) {
                 pieces[i] = read_obj_piece(text_, parts[first + i], file_);
             });
             for (size_t i = 0; i < pieces.size() && !error_; ++i)
@@ -114,21 +113,13 @@ class ObjReader {
         to->insert(to->end(), from.begin(), from.end());
     }
 
-    /// Runs all, in parallel where that is worth it.
-    template <typename... Tasks>
-    static void side_by_side(size_t values, const Tasks&... tasks) {
-        constexpr size_t kWorthIt = 2048;
-        if (values < kWorthIt) return (tasks(), ...);
-        tbb::parallel_invoke(tasks...);
-    }
-
     void add(const ObjPiece& piece) {
         if (out_.unit_mm == 0) out_.unit_mm = piece.unit_mm;
         if (!piece.colors.empty()) colors_.resize(mesh_.positions.size() * 3, NAN);
-        side_by_side(
-            piece.positions.size(), [&] { append(piece.positions, &mesh_.positions); },
-            [&] { append(piece.uv, &uv_); }, [&] { append(piece.normals, &normals_); },
-            [&] { append(piece.colors, &colors_); });
+        append(piece.positions, &mesh_.positions);
+        append(piece.uv, &uv_);
+        append(piece.normals, &normals_);
+        append(piece.colors, &colors_);
         for (size_t i = 0; i < left_out_.size(); ++i) {
             if (left_out_[i].count == 0) left_out_[i].line = piece.left_out[i].line;
             left_out_[i].count += piece.left_out[i].count;
@@ -161,11 +152,10 @@ class ObjReader {
             const auto first = from.begin() + static_cast<std::ptrdiff_t>(begin);
             to->insert(to->end(), first, first + static_cast<std::ptrdiff_t>(end - begin));
         };
-        side_by_side(
-            end - begin, [&] { add(piece.triangles, &mesh_.triangles); },
-            [&] { add(piece.uv_corners, &uv_corners_); },
-            [&] { add(piece.normal_corners, &normal_corners_); },
-            [&] { add(piece.lines, &lines_); });
+        add(piece.triangles, &mesh_.triangles);
+        add(piece.uv_corners, &uv_corners_);
+        add(piece.normal_corners, &normal_corners_);
+        add(piece.lines, &lines_);
         out_.face_groups.insert(out_.face_groups.end(), end - begin, names_.group());
     }
 

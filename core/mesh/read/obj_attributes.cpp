@@ -3,13 +3,12 @@
 #include "mesh/read/obj_attributes.h"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/color.h"
+#include "base/own_threads.h"
 #include "base/text.h"
 #include "mesh/read/messages.h"
 
@@ -34,9 +33,11 @@ void linearise(const std::string& file, std::vector<float>* colors, MeshSource* 
     if (range == 1 && outside) {
         source->warnings.push_back(fmt::format(messages::kColoursBeyondOne, file, largest));
     }
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, colors->size(), 4096), [&](const auto& part) {
+    constexpr size_t kPart = 1 << 16;
+    on_own_threads((colors->size() + kPart - 1) / kPart, [&](size_t part) {
         float last = 0, last_linear = 0;  // neighbours are often alike
-        for (size_t i = part.begin(); i < part.end(); ++i) {
+        const size_t end = std::min(colors->size(), (part + 1) * kPart);
+        for (size_t i = part * kPart; i < end; ++i) {
             float& c = (*colors)[i];
             if (std::isnan(c)) continue;
             if (c != last) {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/read/obj_lines.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
+
+#include "base/own_threads.h"
 
 namespace openfab::mesh {
 namespace {
@@ -77,7 +77,7 @@ std::vector<ObjPart> divide_obj(std::string_view text, size_t bytes) {
         const size_t least = text.size() - begin > bytes ? begin + bytes : text.size();
         parts.push_back({begin, next_line(text, least), {}, {}});
     }
-    tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
+    on_own_threads(parts.size(), [&](size_t i) {
         ObjPart& part = parts[i];
         part.inside = count_statements(text.substr(part.begin, part.end - part.begin));
     });

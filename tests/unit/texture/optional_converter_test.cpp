@@ -6,12 +6,15 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
 #include <stdexcept>
 #include <string>
 
+#include "base/messages.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tools/texture/command_line.h"
 #include "tools/texture/guarded.h"
@@ -66,17 +69,21 @@ TEST(Guarded, PassesErrorsOnAndOutlivesACrash) {
         const Result<void> done = guarded(100'000'000, "scan", make);
         return done ? "no error" : done.error().text();
     };
+    const auto crashed = [](const std::string& where) {
+        return fmt::format(openfab::messages::kReaderCrashed, where, SIGABRT,
+                           ::strsignal(SIGABRT)) +
+               "; " + openfab::messages::kReaderCrashedHelp;
+    };
     EXPECT_EQ(text([] { return Result<void>(); }), "no error");
     EXPECT_EQ(text([] { return Result<void>(user_error("wrong", "do right")); }),
               "wrong; do right");
 #ifndef OPENFAB_SANITIZED  // which end otherwise
-    EXPECT_EQ(text([]() -> Result<void> { std::abort(); }),
-              fmt::format(messages::kReaderCrashed, "scan", ""));
+    EXPECT_EQ(text([]() -> Result<void> { std::abort(); }), crashed("scan"));
     EXPECT_EQ(text([]() -> Result<void> {
                   now_reading("series/im7");
                   std::abort();
               }),
-              fmt::format(messages::kReaderCrashed, "scan", "im7: "));
+              crashed("scan" + fmt::format(openfab::messages::kWithinFile, "im7")));
 #endif
     EXPECT_NE(text([]() -> Result<void> { ::_exit(7); }), "no error");
 }
