@@ -139,6 +139,8 @@ Result<void> convert_safely(const std::filesystem::path& image, const std::files
     }
     // Pictures take a fraction of a second; the library's threads would outlive them.
     OIIO::attribute("threads", 1);
+    // None of OpenEXR's: each has buffers of its own, for lines as wide as a header says.
+    OIIO::attribute("exr_threads", -1);
     // Refuses headers that ask for absurd memory before it is allocated: 16k x 16k x 4 floats.
     OIIO::attribute("limits:imagesize_MB", 5000);
     const auto read = [&]() -> Result<void> {
@@ -148,7 +150,7 @@ Result<void> convert_safely(const std::filesystem::path& image, const std::files
             return user_error(fmt::format(messages::kCannotRead, image.string(), e.what()));
         }
     };
-    return is_fragile(image) ? guarded(limits.memory_bytes, image, read) : read();
+    return is_fragile(image) ? guarded(limits.memory_bytes, image, read, out) : read();
 }
 
 }  // namespace

@@ -242,6 +242,7 @@ Result<void> make_volume_file(const std::filesystem::path& source, const std::fi
                               const texture::VolumeOptions& options,
                               const texture::ReadLimits& limits) {
     OIIO::attribute("threads", 1);
+    OIIO::attribute("exr_threads", -1);
     OIIO::attribute("limits:imagesize_MB", 5000);
     const Result<std::vector<fs::path>> files = texture::volume_files(source);
     if (!files) return files.error();

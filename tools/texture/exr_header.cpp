@@ -38,8 +38,16 @@ std::optional<std::string_view> take_text(std::string_view* bytes) {
 struct Part {
     double width = 0, height = 0;
     double tile_width = 0, tile_height = 0;  ///< 0 for lines
+    double pixel_bytes = 0;
+    double lines = 1;  ///< that are packed together
 
-    double bytes() const {
+    double bytes() const { return table_bytes() + kBuffers * width * pixel_bytes * lines; }
+
+  private:
+    /// Of lines that are packed together: unpacked, and twice what unpacking takes.
+    static constexpr double kBuffers = 3;
+
+    double table_bytes() const {
         // The offset of each, and two sizes of a line; levels of tiles are four times as many at
         // most.
         constexpr double kLine = 24, kTile = 4 * 8;
@@ -56,6 +64,10 @@ void read_attribute(std::string_view name, std::string_view value, Part* part) {
         };
         part->width = side(0);
         part->height = side(4);
+    } else if (name == "compression" && !value.empty()) {
+        constexpr std::array<double, 10> kLines{1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+        const auto how = static_cast<uint8_t>(value[0]);
+        part->lines = how < kLines.size() ? kLines[how] : kLines.back();
     } else if (name == "tiles" && value.size() >= 8) {
         part->tile_width = int_at(value.data());
         part->tile_height = int_at(value.data() + 4);
@@ -95,6 +107,9 @@ Result<int64_t> exr_table_bytes(const InputFile& file) {
         rest.remove_prefix(sizeof(int32_t));
         at += rest.data() - buffer.data();
         if (size < 0 || size > file.bytes() - at) return damaged;
+        // A channel is a name of a letter at least, and 16 bytes; its numbers take 4 at most.
+        constexpr int64_t kChannel = 18, kNumber = 4;
+        if (*name == "channels") part.pixel_bytes = static_cast<double>(size / kChannel * kNumber);
         read_attribute(*name, rest.substr(0, static_cast<size_t>(size)), &part);
         at += size;
     }

@@ -9,7 +9,7 @@
 
 namespace openfab::tools {
 
-/// Returns the memory that OpenEXR takes for tables of lines and tiles when it opens this file, by
+/// Returns the memory that OpenEXR takes for tables and packed lines when it opens this file, by
 /// what its headers say. Fails where an attribute is longer than the file: OpenEXR makes room for
 /// it before it reads.
 Result<int64_t> exr_table_bytes(const InputFile& file);
