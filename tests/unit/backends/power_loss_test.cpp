@@ -7,11 +7,13 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <set>
 
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
 #include "backends/raster/fraction_file.h"
+#include "base/replace_file.h"
 #include "tests/support/long_run.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/lossy_disk.h"
@@ -22,7 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kCuts = 1000, kCutsInLongRuns = 10'000;
+int count_of_cuts() {
+    return long_run() ? 10'000 : 1000;
+}
 
 /// A print of so many slices; `seed` makes another print of other voxels.
 SamplePrint sample(uint64_t seed) {
@@ -80,7 +84,7 @@ class PowerLoss : public ::testing::Test {
         EXPECT_GT(disk.steps(), 12u);
         std::mt19937 random(7);
         int refused = 0;
-        const int cuts = long_run() ? kCutsInLongRuns : kCuts;
+        const int cuts = count_of_cuts();
         for (int i = 0; i < cuts; ++i) {
             const size_t moment = random() % (disk.steps() + 1);
             const Files left = disk.after_loss(moment, &random);
@@ -134,7 +138,7 @@ TEST_F(PowerLoss, FoldersOfSlices) {
                        });
             },
             !grey);
-        EXPECT_LT(refused, kCuts);
+        EXPECT_LT(refused, count_of_cuts());
     }
 }
 
@@ -168,12 +172,34 @@ TEST_F(PowerLoss, Fractions) {
     disk.stop();
     const testing::Files after = files_in(folder());
     std::mt19937 random(8);
-    for (int i = 0; i < kCuts; ++i) {
+    for (int i = 0; i < count_of_cuts(); ++i) {
         const testing::Files left = disk.after_loss(random() % (disk.steps() + 1), &random);
         const auto array = left.find("f.npy");
         if (array == left.end()) continue;
         EXPECT_TRUE(array->second == before.at("f.npy") || array->second == after.at("f.npy")) << i;
     }
+}
+
+/// A world that the page saves, or a picture: the earlier one or the new one.
+TEST_F(PowerLoss, FilesThatAreReplaced) {
+    const fs::path file = folder() / "a.fab.json";
+    const std::string earlier(70'000, 'a'), later(90'000, 'b');
+    fs::create_directories(folder());
+    put_files(folder(), {{"a.fab.json", earlier}});
+    LossyDisk disk(folder());
+    ASSERT_TRUE(replace_file(file, later));
+    disk.stop();
+    EXPECT_GT(disk.steps(), 2u);
+    std::mt19937 random(9);
+    std::set<std::string> seen;
+    for (int i = 0; i < count_of_cuts(); ++i) {
+        const testing::Files left = disk.after_loss(random() % (disk.steps() + 1), &random);
+        const auto world = left.find("a.fab.json");
+        ASSERT_NE(world, left.end()) << i;
+        EXPECT_TRUE(world->second == earlier || world->second == later) << i;
+        seen.insert(world->second);
+    }
+    EXPECT_EQ(seen.size(), 2u);
 }
 
 }  // namespace
