@@ -66,7 +66,7 @@ export class Panels {
             rows.push(["Hash", print.hash]);
         }
         for (const [name, value] of print.provenance) if (value.length <= 40) rows.push([name === "version of openfab" ? "OpenFab" : name, value]);
-        if (print.story?.length) rows.push(["Story", print.story.join("\n")]);
+        for (const [i, event] of (print.story ?? []).entries()) rows.push([i === 0 ? "Story" : "", event]);
         describe(byId("stats"), rows);
     }
 
