@@ -7,13 +7,11 @@
 #include <gtest/gtest.h>
 
 #include <random>
-#include <set>
 
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
 #include "backends/raster/fraction_file.h"
-#include "base/replace_file.h"
 #include "tests/support/long_run.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/lossy_disk.h"
@@ -178,28 +176,6 @@ TEST_F(PowerLoss, Fractions) {
         if (array == left.end()) continue;
         EXPECT_TRUE(array->second == before.at("f.npy") || array->second == after.at("f.npy")) << i;
     }
-}
-
-/// A world that the page saves, or a picture: the earlier one or the new one.
-TEST_F(PowerLoss, FilesThatAreReplaced) {
-    const fs::path file = folder() / "a.fab.json";
-    const std::string earlier(70'000, 'a'), later(90'000, 'b');
-    fs::create_directories(folder());
-    put_files(folder(), {{"a.fab.json", earlier}});
-    LossyDisk disk(folder());
-    ASSERT_TRUE(replace_file(file, later));
-    disk.stop();
-    EXPECT_GT(disk.steps(), 2u);
-    std::mt19937 random(9);
-    std::set<std::string> seen;
-    for (int i = 0; i < count_of_cuts(); ++i) {
-        const testing::Files left = disk.after_loss(random() % (disk.steps() + 1), &random);
-        const auto world = left.find("a.fab.json");
-        ASSERT_NE(world, left.end()) << i;
-        EXPECT_TRUE(world->second == earlier || world->second == later) << i;
-        seen.insert(world->second);
-    }
-    EXPECT_EQ(seen.size(), 2u);
 }
 
 }  // namespace
