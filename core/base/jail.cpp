@@ -226,9 +226,8 @@ Error reason_of(const std::string& name, const JailLimits& limits, int64_t secon
         if (signal == SIGXCPU)
             return user_error(fmt::format(messages::kReaderTakesLong, name, seconds),
                               messages::kReaderTakesLongHelp);
-        return user_error(
-            fmt::format(messages::kReaderCrashed, name, signal, ::strsignal(signal)),
-            messages::kReaderCrashedHelp);
+        return user_error(fmt::format(messages::kReaderCrashed, name, signal, ::strsignal(signal)),
+                          messages::kReaderCrashedHelp);
     }
     if (status && WIFEXITED(*status) && WEXITSTATUS(*status) == kNoMemory)
         return user_error(

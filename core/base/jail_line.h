@@ -85,9 +85,7 @@ inline void pass(JailLine* line, std::filesystem::path* path) {
 }
 
 template <typename A, typename B>
-void pass(JailLine* line, std::pair<A, B>* both)
-    requires(!Plain<std::pair<A, B>>)
-{
+void pass(JailLine* line, std::pair<A, B>* both) requires(!Plain<std::pair<A, B>>) {
     pass(line, &both->first);
     pass(line, &both->second);
 }

@@ -25,29 +25,83 @@ namespace openfab {
 namespace {
 
 /// What a program needs that computes, reads and makes threads.
-constexpr uint32_t kAllowed[] = {
-    SYS_read, SYS_write, SYS_readv, SYS_writev, SYS_pread64, SYS_pwrite64, SYS_close, SYS_fstat,
-    SYS_stat, SYS_lstat, SYS_newfstatat, SYS_statx, SYS_lseek, SYS_munmap, SYS_mremap, SYS_brk,
-    SYS_madvise, SYS_rt_sigaction, SYS_rt_sigprocmask, SYS_rt_sigreturn, SYS_sigaltstack, SYS_futex,
-    SYS_sched_yield, SYS_nanosleep, SYS_clock_nanosleep, SYS_clock_gettime, SYS_clock_getres,
-    SYS_gettimeofday, SYS_time, SYS_getpid, SYS_gettid, SYS_getppid, SYS_getuid, SYS_geteuid,
-    SYS_getgid, SYS_getegid, SYS_getrandom, SYS_getcwd, SYS_access, SYS_faccessat, SYS_faccessat2,
-    SYS_readlink, SYS_readlinkat, SYS_getdents64, SYS_fcntl, SYS_dup, SYS_poll, SYS_ppoll, SYS_exit,
-    SYS_exit_group, SYS_set_robust_list, SYS_rseq, SYS_membarrier, SYS_sched_getaffinity,
-    SYS_sysinfo, SYS_uname, SYS_getrusage, SYS_getrlimit, SYS_restart_syscall, SYS_fadvise64,
-    SYS_getcpu, SYS_statfs, SYS_fstatfs};
+constexpr uint32_t kAllowed[] = {SYS_read,
+                                 SYS_write,
+                                 SYS_readv,
+                                 SYS_writev,
+                                 SYS_pread64,
+                                 SYS_pwrite64,
+                                 SYS_close,
+                                 SYS_fstat,
+                                 SYS_stat,
+                                 SYS_lstat,
+                                 SYS_newfstatat,
+                                 SYS_statx,
+                                 SYS_lseek,
+                                 SYS_munmap,
+                                 SYS_mremap,
+                                 SYS_brk,
+                                 SYS_madvise,
+                                 SYS_rt_sigaction,
+                                 SYS_rt_sigprocmask,
+                                 SYS_rt_sigreturn,
+                                 SYS_sigaltstack,
+                                 SYS_futex,
+                                 SYS_sched_yield,
+                                 SYS_nanosleep,
+                                 SYS_clock_nanosleep,
+                                 SYS_clock_gettime,
+                                 SYS_clock_getres,
+                                 SYS_gettimeofday,
+                                 SYS_time,
+                                 SYS_getpid,
+                                 SYS_gettid,
+                                 SYS_getppid,
+                                 SYS_getuid,
+                                 SYS_geteuid,
+                                 SYS_getgid,
+                                 SYS_getegid,
+                                 SYS_getrandom,
+                                 SYS_getcwd,
+                                 SYS_access,
+                                 SYS_faccessat,
+                                 SYS_faccessat2,
+                                 SYS_readlink,
+                                 SYS_readlinkat,
+                                 SYS_getdents64,
+                                 SYS_fcntl,
+                                 SYS_dup,
+                                 SYS_poll,
+                                 SYS_ppoll,
+                                 SYS_exit,
+                                 SYS_exit_group,
+                                 SYS_set_robust_list,
+                                 SYS_rseq,
+                                 SYS_membarrier,
+                                 SYS_sched_getaffinity,
+                                 SYS_sysinfo,
+                                 SYS_uname,
+                                 SYS_getrusage,
+                                 SYS_getrlimit,
+                                 SYS_restart_syscall,
+                                 SYS_fadvise64,
+                                 SYS_getcpu,
+                                 SYS_statfs,
+                                 SYS_fstatfs};
 
 /// And one that writes files.
 constexpr uint32_t kAllowedWriting[] = {
-    SYS_open, SYS_openat, SYS_creat, SYS_ftruncate, SYS_truncate, SYS_fallocate, SYS_fsync,
-    SYS_fdatasync, SYS_msync, SYS_sync_file_range, SYS_rename, SYS_renameat, SYS_renameat2,
-    SYS_unlink, SYS_unlinkat, SYS_rmdir, SYS_mkdir, SYS_mkdirat, SYS_chmod, SYS_fchmod,
-    SYS_fchmodat, SYS_utimensat, SYS_flock, SYS_link, SYS_linkat, SYS_symlink, SYS_umask,
-    SYS_copy_file_range, SYS_sendfile, SYS_memfd_create, SYS_pipe2, SYS_eventfd2, SYS_mprotect,
-    SYS_mmap, SYS_dup2, SYS_dup3, SYS_mincore, SYS_mlock, SYS_munlock, SYS_prlimit64};
+    SYS_open,      SYS_openat,    SYS_creat,           SYS_ftruncate, SYS_truncate,
+    SYS_fallocate, SYS_fsync,     SYS_fdatasync,       SYS_msync,     SYS_sync_file_range,
+    SYS_rename,    SYS_renameat,  SYS_renameat2,       SYS_unlink,    SYS_unlinkat,
+    SYS_rmdir,     SYS_mkdir,     SYS_mkdirat,         SYS_chmod,     SYS_fchmod,
+    SYS_fchmodat,  SYS_utimensat, SYS_flock,           SYS_link,      SYS_linkat,
+    SYS_symlink,   SYS_umask,     SYS_copy_file_range, SYS_sendfile,  SYS_memfd_create,
+    SYS_pipe2,     SYS_eventfd2,  SYS_mprotect,        SYS_mmap,      SYS_dup2,
+    SYS_dup3,      SYS_mincore,   SYS_mlock,           SYS_munlock,   SYS_prlimit64};
 
-constexpr uint32_t kArgument[] = {
-    offsetof(seccomp_data, args[0]), offsetof(seccomp_data, args[1]), offsetof(seccomp_data, args[2])};
+constexpr uint32_t kArgument[] = {offsetof(seccomp_data, args[0]), offsetof(seccomp_data, args[1]),
+                                  offsetof(seccomp_data, args[2])};
 
 /// A filter in the kernel's language, from first to last rule. Of arguments the lower half counts: flags and numbers of
 /// processes have no other.
@@ -149,11 +203,11 @@ bool has_system_call_filters() {
 namespace {
 
 constexpr uint64_t kReading = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
-constexpr uint64_t kWriting =
-    LANDLOCK_ACCESS_FS_WRITE_FILE | LANDLOCK_ACCESS_FS_REMOVE_DIR | LANDLOCK_ACCESS_FS_REMOVE_FILE |
-    LANDLOCK_ACCESS_FS_MAKE_CHAR | LANDLOCK_ACCESS_FS_MAKE_DIR | LANDLOCK_ACCESS_FS_MAKE_REG |
-    LANDLOCK_ACCESS_FS_MAKE_SOCK | LANDLOCK_ACCESS_FS_MAKE_FIFO | LANDLOCK_ACCESS_FS_MAKE_BLOCK |
-    LANDLOCK_ACCESS_FS_MAKE_SYM;
+constexpr uint64_t kWriting = LANDLOCK_ACCESS_FS_WRITE_FILE | LANDLOCK_ACCESS_FS_REMOVE_DIR |
+                              LANDLOCK_ACCESS_FS_REMOVE_FILE | LANDLOCK_ACCESS_FS_MAKE_CHAR |
+                              LANDLOCK_ACCESS_FS_MAKE_DIR | LANDLOCK_ACCESS_FS_MAKE_REG |
+                              LANDLOCK_ACCESS_FS_MAKE_SOCK | LANDLOCK_ACCESS_FS_MAKE_FIFO |
+                              LANDLOCK_ACCESS_FS_MAKE_BLOCK | LANDLOCK_ACCESS_FS_MAKE_SYM;
 
 /// Allows access below a folder, or to a file; of what is not there nothing can be allowed.
 void allow_below(int rules, const std::filesystem::path& path, uint64_t access) {
@@ -174,8 +228,8 @@ bool deny_files(const JailLimits& limits) {
     landlock_ruleset_attr handled{};
     handled.handled_access_fs = LANDLOCK_ACCESS_FS_EXECUTE | kWriting;
     if (!limits.reads.empty()) handled.handled_access_fs |= kReading;
-    const int rules = static_cast<int>(
-        ::syscall(SYS_landlock_create_ruleset, &handled, sizeof handled, 0));
+    const int rules =
+        static_cast<int>(::syscall(SYS_landlock_create_ruleset, &handled, sizeof handled, 0));
     if (rules < 0) return false;
     for (const std::filesystem::path& path : limits.reads)
         allow_below(rules, path, kReading);

@@ -159,9 +159,8 @@ bool all_below(const std::vector<std::array<int32_t, n>>& lists, size_t count, b
 }
 
 bool all_below(const std::vector<int32_t>& list, size_t count) {
-    return std::all_of(list.begin(), list.end(), [&](int32_t i) {
-        return i >= 0 && static_cast<size_t>(i) < count;
-    });
+    return std::all_of(list.begin(), list.end(),
+                       [&](int32_t i) { return i >= 0 && static_cast<size_t>(i) < count; });
 }
 
 /// A list for each triangle or vertex may be missing.
@@ -208,7 +207,8 @@ bool makes_sense(const MeshSource& source) {
     }
     for (const FaceGroup& group : source.groups) {
         if (group.look < -1 || group.look >= static_cast<int64_t>(source.looks.size()) ||
-            group.body < 0 || static_cast<size_t>(group.body) >= std::max<size_t>(1, source.bodies.size()))
+            group.body < 0 ||
+            static_cast<size_t>(group.body) >= std::max<size_t>(1, source.bodies.size()))
             return false;
     }
     return std::all_of(source.looks.begin(), source.looks.end(),
@@ -227,12 +227,13 @@ bool makes_sense(const Beams& beams) {
         for (const BeamEnd end : beam.ends)
             if (!is_one_of(end, BeamEnd::kDome)) return false;
     }
-    return std::all_of(beams.attributes.begin(), beams.attributes.end(), [&](const BeamAttribute& a) {
-        if (a.components < 1 || a.components > 16) return false;
-        const auto components = static_cast<size_t>(a.components);
-        return a.is_int ? a.ints.size() == components * beams.beams.size()
-                        : a.values.size() == components * beams.nodes.size();
-    });
+    return std::all_of(beams.attributes.begin(), beams.attributes.end(),
+                       [&](const BeamAttribute& a) {
+                           if (a.components < 1 || a.components > 16) return false;
+                           const auto components = static_cast<size_t>(a.components);
+                           return a.is_int ? a.ints.size() == components * beams.beams.size()
+                                           : a.values.size() == components * beams.nodes.size();
+                       });
 }
 
 JailLimits reading_limits(const std::filesystem::path& file, int64_t memory_bytes) {
@@ -271,14 +272,15 @@ Result<void> pictures_from_jail(const std::filesystem::path& file, int64_t memor
         if (!done) return done.error();
         return pictures;
     };
-    Result<std::vector<TakenPicture>> pictures = read_in_jail<std::vector<TakenPicture>>(
-        file, reading_limits(file, memory_bytes), collect);
+    Result<std::vector<TakenPicture>> pictures =
+        read_in_jail<std::vector<TakenPicture>>(file, reading_limits(file, memory_bytes), collect);
     if (!pictures) return pictures.error();
     if (pictures->size() != count)
         return user_error(fmt::format(openfab::messages::kReaderNonsense, file.string()));
     for (size_t i = 0; i < count; ++i) {
         TakenPicture& one = (*pictures)[i];
-        take(i, one.error ? Result<std::string>(*one.error) : Result<std::string>(std::move(one.bytes)));
+        take(i, one.error ? Result<std::string>(*one.error)
+                          : Result<std::string>(std::move(one.bytes)));
     }
     return {};
 }

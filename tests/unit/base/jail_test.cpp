@@ -88,13 +88,13 @@ TEST(Jail, TellsOfACrashAndWhere) {
                   }),
                   fmt::format(messages::kReaderCrashed, "a.3mf", signal, ::strsignal(signal)));
     }
-    EXPECT_EQ(said([]() -> Result<bool> {
-                  now_reading("textures/b.png");
-                  std::abort();
-              }),
-              fmt::format(messages::kReaderCrashed,
-                          "a.3mf" + fmt::format(messages::kWithinFile, "b.png"), SIGABRT,
-                          ::strsignal(SIGABRT)));
+    EXPECT_EQ(
+        said([]() -> Result<bool> {
+            now_reading("textures/b.png");
+            std::abort();
+        }),
+        fmt::format(messages::kReaderCrashed, "a.3mf" + fmt::format(messages::kWithinFile, "b.png"),
+                    SIGABRT, ::strsignal(SIGABRT)));
     EXPECT_EQ(said([]() -> Result<bool> { ::_exit(0); }),
               fmt::format(messages::kReaderEnded, "a.3mf"));
 }
@@ -131,8 +131,7 @@ TEST(Jail, ValuesThatCannotBeAreRefused) {
         return line->fine();
     };
     const Result<void> done = run_in_jail(
-        "a.3mf", small(),
-        [] { return Result<void>(); }, lie, take);
+        "a.3mf", small(), [] { return Result<void>(); }, lie, take);
     ASSERT_FALSE(done);
     EXPECT_TRUE(numbers.empty());
 }
@@ -190,9 +189,9 @@ bool ends(pid_t process) {
 
 TEST(Jail, EndsWithItsParent) {
     for (const int signal : {SIGKILL, SIGTERM}) {
-        auto* const reader = static_cast<std::atomic<pid_t>*>(::mmap(
-            nullptr, sizeof(std::atomic<pid_t>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS,
-            -1, 0));
+        auto* const reader = static_cast<std::atomic<pid_t>*>(
+            ::mmap(nullptr, sizeof(std::atomic<pid_t>), PROT_READ | PROT_WRITE,
+                   MAP_SHARED | MAP_ANONYMOUS, -1, 0));
         ASSERT_NE(static_cast<void*>(reader), MAP_FAILED);
         const pid_t parent = ::fork();
         if (parent == 0) {
@@ -219,8 +218,8 @@ TEST(Jail, WorksBesideThreads) {
     for (int t = 0; t < 4; ++t)
         busy.emplace_back([&] {
             while (!over)
-                std::vector<std::string>(64, std::string(100, 'x')).swap(
-                    *std::make_unique<std::vector<std::string>>());
+                std::vector<std::string>(64, std::string(100, 'x'))
+                    .swap(*std::make_unique<std::vector<std::string>>());
         });
     for (int i = 0; i < 100; ++i) {
         const Result<int64_t> sum =
