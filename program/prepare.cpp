@@ -14,7 +14,6 @@
 #include "program/messages.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
-#include "program/part_sizes.h"
 
 namespace openfab::program {
 
@@ -93,8 +92,6 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
         !apart)
         return apart.error();
     job->input.window_mm = hooks.window_mm;
-    for (std::string& thin : thin_part_warnings(job->input.parts, job->input.pitch_mm))
-        job->input.warnings.push_back(std::move(thin));
     if (hooks.loaded) hooks.loaded(*job);
     PreparedPrint ready;
     ready.options = pipeline_options(options, *format, job->input.materials.size(), hooks);

@@ -23,7 +23,6 @@
 #include "program/messages.h"
 #include "program/options.h"
 #include "program/outputs.h"
-#include "program/part_sizes.h"
 #include "program/prepare.h"
 #include "program/print_record.h"
 #include "program/probe.h"
@@ -205,7 +204,7 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
         return write_estimate(options.stats_file, *estimate, info);
     }
     const std::unique_ptr<job::Record> record = make_record(options, job, ready->format);
-    const std::string sizes = part_sizes(job.input.parts, job.input.pitch_mm);
+    const std::string sizes = ready->print->part_sizes();
     job.input = {};
     Options of_codes = options;
     // Grey pictures have a print of their own.

@@ -8,6 +8,7 @@
 
 #include "backends/common/output_file.h"
 #include "base/text.h"
+#include "program/messages.h"
 
 namespace openfab::program {
 
@@ -179,6 +180,15 @@ Result<void> write_statistics(const std::filesystem::path& file,
                               const pipeline::PrintStatistics& statistics,
                               const pipeline::PrintInfo& info) {
     return backends::write_whole_file(file, statistics_json(statistics, info));
+}
+
+std::string nothing_printed(const pipeline::PrintStatistics& statistics, const std::string& sizes) {
+    if (!statistics.complete || statistics.voxels_solid > 0) return {};
+    std::string text = messages::kNothingPrinted + sizes;
+    if (statistics.weights_not_usable > 0) {
+        text += fmt::format(messages::kAmountsNotUsable, statistics.weights_not_usable);
+    }
+    return text;
 }
 
 }  // namespace openfab::program

@@ -35,4 +35,8 @@ Result<void> write_statistics(const std::filesystem::path& file,
                               const pipeline::PrintStatistics& statistics,
                               const pipeline::PrintInfo& info);
 
+/// Returns the warning for a print without any voxel of material; empty where it has one. `sizes` is of
+/// PrintJob::part_sizes.
+std::string nothing_printed(const pipeline::PrintStatistics& statistics, const std::string& sizes);
+
 }  // namespace openfab::program

@@ -14,7 +14,6 @@
 #include "program/cost.h"
 #include "program/estimate.h"
 #include "program/outputs.h"
-#include "program/part_sizes.h"
 #include "program/statistics.h"
 #include "program/supersample.h"
 
@@ -186,8 +185,7 @@ Result<void> Print::print() {
     }
     if (target_ == Target::kNothing) return {};
     if (target_ == Target::kEstimate) return make_estimate(std::move(*ready));
-    const std::string sizes =
-        program::part_sizes(ready->job.input.parts, ready->job.input.pitch_mm);
+    const std::string sizes = ready->print->part_sizes();
     ready->job.input = {};
     if (parts != Vec3i{1, 1, 1}) {
         ready->print.reset();  // and its memory

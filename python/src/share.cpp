@@ -14,7 +14,6 @@
 #include "program/job.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
-#include "program/part_sizes.h"
 #include "program/statistics.h"
 #include "world/printer.h"
 #include "world/world.h"
@@ -67,7 +66,7 @@ Result<std::shared_ptr<SharePrinter>> SharePrinter::create(std::shared_ptr<const
     made->warnings_ = job.input.warnings;
     const std::vector<std::string>& more = made->ready_.print->warnings();
     made->warnings_.insert(made->warnings_.end(), more.begin(), more.end());
-    made->sizes_ = program::part_sizes(job.input.parts, job.input.pitch_mm);
+    made->sizes_ = made->ready_.print->part_sizes();
     job.input = {};
     return made;
 }

@@ -157,27 +157,4 @@ std::vector<std::string> crowded_warnings(
     return warnings;
 }
 
-std::vector<std::string> thin_shape_warnings(
-    const std::vector<part::Part>& parts, const std::vector<std::shared_ptr<solid::Solid>>& solids,
-    const Vec3d& pitch_mm) {
-    constexpr size_t kMostLines = 4;
-    std::vector<std::string> warnings;
-    size_t thin = 0;
-    for (size_t i = 0; i < parts.size(); ++i) {
-        if (parts[i].shape == nullptr) continue;
-        const Box3d box = solid::box_in_build(parts[i], *solids[i]);
-        if (box.empty()) continue;
-        const Vec3d size{box.size().x / pitch_mm.x, box.size().y / pitch_mm.y,
-                         box.size().z / pitch_mm.z};
-        // Not for the rounding of what is one thick.
-        constexpr double kThin = 1 - 1e-4;
-        if (std::min({size.x, size.y, size.z}) >= kThin || ++thin > kMostLines) continue;
-        warnings.push_back(fmt::format(messages::kThinShape, parts[i].name, parts[i].instance,
-                                       size.x, size.y, size.z));
-    }
-    if (thin > kMostLines)
-        warnings.push_back(fmt::format(messages::kMoreThinShapes, thin - kMostLines));
-    return warnings;
-}
-
 }  // namespace openfab::pipeline

@@ -19,12 +19,6 @@ namespace openfab::pipeline {
 /// belong to their stage.
 Result<void> check_input(const PrintInput& input, const PrintOptions& options);
 
-/// Returns a warning for each part that is thinner than a voxel along an axis, of those whose mesh is
-/// only a box around them; of the first few.
-std::vector<std::string> thin_shape_warnings(
-    const std::vector<part::Part>& parts, const std::vector<std::shared_ptr<solid::Solid>>& solids,
-    const Vec3d& pitch_mm);
-
 /// Returns a warning for each surface whose micropolygons are crowded (surface/crowding.h), of the
 /// first few. `owners` is from volume::solid_owners.
 std::vector<std::string> crowded_warnings(const std::vector<part::Part>& parts,

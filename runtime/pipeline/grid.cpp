@@ -48,8 +48,13 @@ std::string largest_part(std::span<const part::Part> parts,
         if (reach(boxes[i]) > reach(boxes[worst])) worst = i;
     }
     Box3d plain;
-    for (const Vec3d& p : parts[worst].mesh->positions)
-        plain.add(parts[worst].local_to_build.apply(p));
+    // The mesh of a shape, and of beams, is a box around them.
+    if (parts[worst].shape != nullptr || parts[worst].beams != nullptr) {
+        plain = boxes[worst];
+    } else {
+        for (const Vec3d& p : parts[worst].mesh->positions)
+            plain.add(parts[worst].local_to_build.apply(p));
+    }
     const Vec3d more = boxes[worst].size() - plain.size();
     std::string text = fmt::format(messages::kReachesFarthest, parts[worst].name, size_of(plain));
     constexpr double kSmall_mm = 1e-3;  // rounding

@@ -12,6 +12,7 @@
 #include "base/messages.h"
 #include "runtime/pipeline/gather_statistics.h"
 #include "runtime/pipeline/messages.h"
+#include "runtime/pipeline/part_sizes.h"
 #include "runtime/pipeline/print_setup.h"
 #include "runtime/pipeline/slab_loop.h"
 #include "runtime/pipeline/slab_trial.h"
@@ -29,6 +30,9 @@ class PrintJobImpl final : public PrintJob {
     const PrintInfo& info() const override { return setup_->info; }
     PrintEstimate estimate() const override;
     const std::vector<std::string>& warnings() const override { return setup_->warnings; }
+    std::string part_sizes() const override {
+        return pipeline::part_sizes(setup_->input.parts, setup_->solids, setup_->input.pitch_mm);
+    }
     Result<TimeSample> sample_time(double seconds, SliceSink* sink,
                                    const std::atomic<bool>& interrupt) override;
     Result<void> run(SliceSink& sink, const std::function<void(const ProgressEvent&)>& progress,

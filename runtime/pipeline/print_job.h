@@ -41,6 +41,8 @@ class PrintJob {
     /// Returns warnings that set-up found, such as of parts that take long. The statistics have
     /// them, too.
     virtual const std::vector<std::string>& warnings() const = 0;
+    /// Returns how large the first parts are, in voxels: what to say where none has any material.
+    virtual std::string part_sizes() const = 0;
     /// Estimates the time of the print, from the start of the process, from a few slabs, which it
     /// prints for up to that many seconds after the coverage of the first, which may take three. The
     /// sink, which may be null, is begun and takes slices as if they followed each other. Once, and

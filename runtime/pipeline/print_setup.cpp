@@ -17,6 +17,7 @@
 #include "runtime/pipeline/grid.h"
 #include "runtime/pipeline/memory_needs.h"
 #include "runtime/pipeline/messages.h"
+#include "runtime/pipeline/part_sizes.h"
 #include "runtime/pipeline/provenance.h"
 #include "runtime/solid/kinds/kinds.h"
 
@@ -69,7 +70,7 @@ Result<void> set_up_grid(PrintSetup* p) {
     if (!grid) return grid.error();
     if (const Result<void> diced = p->solid_status(); !diced) return diced;
     p->grid = *grid;
-    for (std::string& thin : thin_shape_warnings(p->input.parts, p->solids, p->input.pitch_mm))
+    for (std::string& thin : thin_part_warnings(p->input.parts, p->solids, p->input.pitch_mm))
         p->warnings.push_back(std::move(thin));
     for (int axis = 0; axis < 3; ++axis) {
         const double pitch = p->grid.pitch_mm[axis];

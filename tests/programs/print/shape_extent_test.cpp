@@ -283,12 +283,15 @@ TEST_F(ShapeExtent, WhatIsThinnerThanAVoxelIsTold) {
         R"("build": [{"object": "thing"}, {"object": "cube", "translate_mm": [7, 0, 0]}])";
     const Printed coarse = print(world(shape(kRoomy), both), "0.8mm");
     ASSERT_EQ(coarse.exit_code, 0) << coarse.err;
-    EXPECT_THAT(coarse.err, Says(pipeline::messages::kThinShape, "thing", "0", "*", "*", "0.25"));
+    EXPECT_THAT(coarse.err, Says(pipeline::messages::kPartSize, "thing", "0", "*", "*", "0.25"));
     EXPECT_EQ(coarse.voxels[0], 0);
     EXPECT_GT(coarse.voxels[1], 0);
     const Printed fine = print(world(shape(kRoomy), both), "0.1mm");
     ASSERT_EQ(fine.exit_code, 0) << fine.err;
     EXPECT_GT(fine.voxels[0], 0);
+    const Printed alone = print(world(shape(kRoomy), R"("build": [{"object": "thing"}])"), "0.8mm");
+    EXPECT_THAT(alone.err, Says(program::messages::kNothingPrinted));
+    EXPECT_THAT(alone.err, HasSubstr("is 5 x 5 x 0.25 voxels\n"));
     // A thousandth of a voxel is found, too.
     write_fablets("return max(abs(p.z - 3.03) - 0.0004, length(p.xy) - r);");
     EXPECT_EQ(print(world(shape(kRoomy), both), "0.8mm").exit_code, 0);

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "program/part_sizes.h"
+#include "runtime/pipeline/part_sizes.h"
 
 #include <fmt/format.h>
 
@@ -8,21 +8,35 @@
 #include <cmath>
 #include <map>
 
-#include "program/messages.h"
+#include "runtime/pipeline/messages.h"
+#include "runtime/solid/cut/cut.h"
 
-namespace openfab::program {
+namespace openfab::pipeline {
 
 namespace {
 
 /// Limit of the lines of one kind; thousands of instances share a fault.
 constexpr size_t kMostLines = 4;
 
+bool is_mesh(const part::Part& part) {
+    return part.shape == nullptr && part.beams == nullptr && part.piece == nullptr;
+}
+
 /// Computes the sizes of placed parts, visiting each mesh once.
 class Ruler {
   public:
     explicit Ruler(const Vec3d& pitch_mm) : pitch_mm_(pitch_mm) {}
 
-    Vec3d voxels(const part::Part& part) {
+    /// Of a part that may reach nowhere, zeros.
+    Vec3d voxels(const part::Part& part, const solid::Solid& solid) {
+        const Box3d placed = is_mesh(part) ? placed_mesh(part) : solid::box_in_build(part, solid);
+        if (placed.empty()) return {};
+        const Vec3d size = placed.size();
+        return {size.x / pitch_mm_.x, size.y / pitch_mm_.y, size.z / pitch_mm_.z};
+    }
+
+  private:
+    Box3d placed_mesh(const part::Part& part) {
         const Box3d& box = box_of(part);
         Box3d placed;
         for (int corner = 0; corner < 8; ++corner) {
@@ -30,11 +44,9 @@ class Ruler {
                                                   (corner & 2) != 0 ? box.hi.y : box.lo.y,
                                                   (corner & 4) != 0 ? box.hi.z : box.lo.z}));
         }
-        const Vec3d size = placed.size();
-        return {size.x / pitch_mm_.x, size.y / pitch_mm_.y, size.z / pitch_mm_.z};
+        return placed;
     }
 
-  private:
     const Box3d& box_of(const part::Part& part) {
         const auto [at, fresh] = boxes_.try_emplace(part.mesh.get());
         for (size_t i = 0; fresh && i < part.mesh->positions.size(); ++i)
@@ -53,29 +65,40 @@ std::string describe(const part::Part& part, const Vec3d& voxels) {
 
 }  // namespace
 
-std::string part_sizes(const std::vector<part::Part>& parts, const Vec3d& pitch_mm) {
+std::string part_sizes(std::span<const part::Part> parts,
+                       const std::vector<std::shared_ptr<solid::Solid>>& solids,
+                       const Vec3d& pitch_mm) {
     Ruler ruler(pitch_mm);
     std::string text;
-    for (size_t i = 0; i < std::min(parts.size(), kMostLines); ++i)
-        text += fmt::format("{}{}", i == 0 ? "" : "; ", describe(parts[i], ruler.voxels(parts[i])));
+    for (size_t i = 0; i < std::min(parts.size(), kMostLines); ++i) {
+        text += fmt::format("{}{}", i == 0 ? "" : "; ",
+                            describe(parts[i], ruler.voxels(parts[i], *solids[i])));
+    }
     if (parts.size() > kMostLines)
         text += fmt::format(messages::kAndMoreParts, parts.size() - kMostLines);
     return text;
 }
 
-std::vector<std::string> thin_part_warnings(const std::vector<part::Part>& parts,
-                                            const Vec3d& pitch_mm) {
+std::vector<std::string> thin_part_warnings(
+    std::span<const part::Part> parts, const std::vector<std::shared_ptr<solid::Solid>>& solids,
+    const Vec3d& pitch_mm) {
+    // Not for the rounding of what is one thick.
+    constexpr double kThin = 1 - 1e-4;
     Ruler ruler(pitch_mm);
     std::vector<std::string> warnings;
     size_t thin = 0;
-    for (const part::Part& part : parts) {
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const part::Part& part = parts[i];
+        const Vec3d voxels = ruler.voxels(part, *solids[i]);
+        // Nothing of it is a warning of its own.
+        if (voxels == Vec3d{}) continue;
         // A surface stage may thicken it arbitrarily, unless the world bounds it.
-        const double grows =
-            part.fablet->has_surface != 0 ? 2 * static_cast<double>(part.max_displacement_mm) : 0;
-        const Vec3d voxels = ruler.voxels(part);
+        const double grows = part.fablet->has_surface != 0 && is_mesh(part)
+                                 ? 2 * static_cast<double>(part.max_displacement_mm)
+                                 : 0;
         bool vanishes = false;
         for (int a = 0; a < 3; ++a)
-            vanishes = vanishes || voxels[a] + grows / pitch_mm[a] < 1;
+            vanishes = vanishes || voxels[a] + grows / pitch_mm[a] < kThin;
         if (!vanishes || ++thin > kMostLines) continue;
         warnings.push_back(describe(part, voxels) + messages::kPartVanishes);
     }
@@ -84,13 +107,4 @@ std::vector<std::string> thin_part_warnings(const std::vector<part::Part>& parts
     return warnings;
 }
 
-std::string nothing_printed(const pipeline::PrintStatistics& statistics, const std::string& sizes) {
-    if (!statistics.complete || statistics.voxels_solid > 0) return {};
-    std::string text = messages::kNothingPrinted + sizes;
-    if (statistics.weights_not_usable > 0) {
-        text += fmt::format(messages::kAmountsNotUsable, statistics.weights_not_usable);
-    }
-    return text;
-}
-
-}  // namespace openfab::program
+}  // namespace openfab::pipeline

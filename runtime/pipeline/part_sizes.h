@@ -1,0 +1,32 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Measures parts in voxels, to warn of parts that would vanish silently.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/vec.h"
+#include "runtime/part/part.h"
+#include "runtime/solid/solid.h"
+
+namespace openfab::pipeline {
+
+/// Returns "`sheet` (number 0 of the build) is 80 x 80 x 0.4 voxels; …", the first few: of a mesh the
+/// bounding box of its transformed box, so that rotated ones are over-estimated; of what has only a box
+/// as its mesh, and of pieces, how far they reach. There is a solid for each part.
+std::string part_sizes(std::span<const part::Part> parts,
+                       const std::vector<std::shared_ptr<solid::Solid>>& solids,
+                       const Vec3d& pitch_mm);
+
+/// Returns a warning for each part that is thinner than a voxel along an axis, regardless of its
+/// displacement, and so prints only where it happens to contain a voxel's centre; the first few,
+/// and how many more there are.
+std::vector<std::string> thin_part_warnings(
+    std::span<const part::Part> parts, const std::vector<std::shared_ptr<solid::Solid>>& solids,
+    const Vec3d& pitch_mm);
+
+}  // namespace openfab::pipeline
