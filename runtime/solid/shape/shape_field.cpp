@@ -74,9 +74,9 @@ bool ShapeField::is_distance() const {
 Vec3f ShapeField::position(const Vec3i& vertex) const {
     Vec3f out;
     for (int a = 0; a < 3; ++a) {
-        out[a] =
-            std::clamp(static_cast<float>(static_cast<double>(first_[a] + vertex[a]) * cell_mm_),
-                       box_.lo[a], box_.hi[a]);
+        const auto at = static_cast<float>(static_cast<double>(first_[a] + vertex[a]) * cell_mm_);
+        // As std::clamp, without its branches.
+        out[a] = std::min(std::max(at, box_.lo[a]), box_.hi[a]);
     }
     return out;
 }
@@ -95,7 +95,9 @@ bool ShapeField::at_border(const Box3f& box) const {
     return false;
 }
 
-void ShapeField::close_border(const ShapePoints& points, std::vector<float>* values) const {
+void ShapeField::close_border(const Box3f& around, const ShapePoints& points,
+                              std::vector<float>* values) const {
+    if (!at_border(around)) return;
     for (size_t i = 0; i < points.size(); ++i) {
         if ((*values)[i] < 0 && at_border({points.point(i), points.point(i)})) (*values)[i] = 0;
     }
@@ -191,7 +193,7 @@ bool ShapeField::fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* dice
         note(status);
         return false;
     }
-    close_border(diced->vertices, &diced->values);
+    close_border(block_box(lowest), diced->vertices, &diced->values);
     bool inside = false, outside = false;
     for (size_t i = 0; i < v; ++i) {
         const bool in = diced->values[i] < 0;
@@ -206,6 +208,7 @@ bool ShapeField::fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* dice
 /// it open.
 bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
     const Vec3i end = end_of(block);
+    const Box3f around = box_of(block);
     bool inside = false, outside = false;
     ShapePoints points, lo, hi;
     std::vector<float> values, value_lo, value_hi;
@@ -221,7 +224,7 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
             note(status);
             return false;
         }
-        close_border(points, &values);
+        close_border(around, points, &values);
         for (size_t i = 0; i < points.size(); ++i) {
             (values[i] < 0 ? inside : outside) = true;
             if (std::isnan(values[i])) note_nan(points.point(i));

@@ -57,8 +57,9 @@ class ShapeField {
     const Box3f& bounds() const { return box_; }
     /// Returns whether a box within the shape's touches its border, where everything is outside.
     bool at_border(const Box3f& box) const;
-    /// Lets values at points on that border be 0 where they are below.
-    void close_border(const ShapePoints& points, std::vector<float>* values) const;
+    /// Lets values at points on that border be 0 where they are below; the points are in `around`.
+    void close_border(const Box3f& around, const ShapePoints& points,
+                      std::vector<float>* values) const;
     /// Returns the lattice's lowest corner, as it were without the box.
     Vec3f origin() const;
     /// Returns the lowest cells of all blocks that have a micropolygon, in order of z, y, x.

@@ -88,7 +88,8 @@ void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) 
     std::vector<float> values, value_lo, value_hi, beside;
     abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
     if (status.ok()) status = calls->values(points, &values);
-    if (status.ok()) field_.close_border(points, &values);
+    const Box3f around = field_.block_box(lowest);
+    if (status.ok()) field_.close_border(around, points, &values);
     *possible = *certain = 0;
     for (size_t i = 0; i < 64 && status.ok(); ++i) {
         const bool inside = value_hi[i] < 0 && !field_.at_border({lo.point(i), hi.point(i)});
@@ -121,7 +122,8 @@ void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) 
     }
     if (status.ok() && !edges.empty()) {
         status = calls->values(points, &beside);
-        if (status.ok()) field_.close_border(points, &beside);
+        // Those beside it may be of the next block.
+        if (status.ok()) field_.close_border(field_.bounds(), points, &beside);
     }
     field_.give(calls);
     if (!status.ok()) {
