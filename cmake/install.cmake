@@ -9,7 +9,7 @@ set(openfab_programs openfab openflc openfab-texture openfab-text openfab-color 
     openfab-tuner openfab-mechanics)
 
 # What these start where it was asked for: readers and writers that link optional libraries. Nobody types their names.
-set(openfab_converters openfab-step openfab-vdb openfab-texture-vdb openfab-texture-dicom openfab-texture-hdf5)
+set(openfab_converters openfab-step openfab-vrml openfab-vdb openfab-texture-vdb openfab-texture-dicom openfab-texture-hdf5)
 foreach(name IN LISTS openfab_converters)
     if(NOT TARGET ${name})
         list(REMOVE_ITEM openfab_converters ${name})

@@ -24,9 +24,10 @@
 #include "mesh/model/mesh_memory.h"
 #include "texture/cache.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/converter.h"
 #include "tools/openfab/import.h"
+#include "tools/openfab/import_print.h"
 #include "tools/openfab/import_scan.h"
-#include "tools/openfab/import_step.h"
 #include "tools/openfab/import_text.h"
 #include "tools/openfab/list_mesh.h"
 #include "tools/openfab/messages.h"
@@ -292,8 +293,8 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
 
 namespace {
 
-/// The first option that was given and means nothing for looks; empty: none.
-std::string_view meaningless_for_looks(const ImportArguments& a) {
+/// The first option that was given and means nothing for what is no mesh; empty: none.
+std::string_view option_of_meshes(const ImportArguments& a) {
     const ImportOptions& import = a.import;
     const std::pair<std::string_view, bool> given[] = {{"--list", a.list},
                                                        {"--json", a.json},
@@ -307,8 +308,7 @@ std::string_view meaningless_for_looks(const ImportArguments& a) {
                                                        {"--up", !a.up.empty()},
                                                        {"--repair", !a.repair.empty()},
                                                        {"--recentre", a.recentre},
-                                                       {"--tolerance", !a.tolerance.empty()},
-                                                       {"--memory", !a.memory.empty()}};
+                                                       {"--tolerance", !a.tolerance.empty()}};
     for (const auto& [name, is_given] : given)
         if (is_given) return name;
     return {};
@@ -316,8 +316,9 @@ std::string_view meaningless_for_looks(const ImportArguments& a) {
 
 /// Looks of MaterialX are read by its own package, in the Python that is on the PATH; replaces this process.
 Error import_materialx(const ImportArguments& arguments) {
-    if (const std::string_view name = meaningless_for_looks(arguments); !name.empty())
-        return usage_error(fmt::format(messages::kMeansNothingForLooks, name));
+    std::string_view name = option_of_meshes(arguments);
+    if (name.empty() && !arguments.memory.empty()) name = "--memory";
+    if (!name.empty()) return usage_error(fmt::format(messages::kMeansNothingForLooks, name));
     constexpr const char* kRun =
         "import sys\n"
         "try:\n"
@@ -364,9 +365,28 @@ Result<void> import_step(ImportArguments arguments) {
     if (!scratch) return scratch.error();
     const fs::path solids =
         (*scratch)->path() / (fs::path(arguments.file).stem().string() + ".3mf");
-    if (Result<void> made = solids_of_step(arguments.file, solids, *tolerance); !made) return made;
+    if (Result<void> made =
+            run_converter(kStepConverter,
+                          {"--output=" + solids.string(),
+                           fmt::format("--tolerance={:.9g}mm", *tolerance), "--", arguments.file},
+                          arguments.file);
+        !made)
+        return made;
     arguments.file = solids.string();
     arguments.tolerance.clear();
+    return run_import(std::move(arguments));
+}
+
+/// Makes an OBJ file of the shapes, with its materials and pictures, and goes on with that.
+Result<void> import_vrml(ImportArguments arguments) {
+    const Result<std::unique_ptr<TemporaryFolder>> scratch = TemporaryFolder::create();
+    if (!scratch) return scratch.error();
+    const fs::path obj = (*scratch)->path() / (fs::path(arguments.file).stem().string() + ".obj");
+    if (Result<void> made = run_converter(
+            kVrmlConverter, {"--output=" + obj.string(), "--", arguments.file}, arguments.file);
+        !made)
+        return made;
+    arguments.file = obj.string();
     return run_import(std::move(arguments));
 }
 
@@ -380,6 +400,14 @@ Result<void> run_import(ImportArguments arguments) {
         std::find(units.begin(), units.end(), unit) == units.end())
         return usage_error(fmt::format(messages::kUnitIsAWord, unit));
     if (is_step_file(arguments.file)) return import_step(std::move(arguments));
+    if (is_vrml_file(arguments.file)) return import_vrml(std::move(arguments));
+    const bool is_print = is_print_path(arguments.file);
+    if (is_print) {
+        std::string_view name = option_of_meshes(arguments);
+        if (name.empty() && !unit.empty()) name = "--unit";
+        if (name.empty() && !arguments.import.profile.empty()) name = "--profile";
+        if (!name.empty()) return usage_error(fmt::format(messages::kMeansNothingForPrints, name));
+    }
     if (!arguments.tolerance.empty()) return usage_error(messages::kToleranceIsForStep);
     if (arguments.list) {
         const Result<mesh::MeshOptions> options = read_arguments(&arguments);
@@ -391,8 +419,9 @@ Result<void> run_import(ImportArguments arguments) {
     if (arguments.folder.empty()) return usage_error(messages::kNameTheFolder);
     const std::string stem = fs::path(arguments.file).stem().string();
     const bool is_scan = is_scan_file(arguments.file);
-    const Result<fs::path> world =
-        is_scan ? import_scan(arguments) : import_mesh(std::move(arguments));
+    const Result<fs::path> world = is_print  ? import_print(arguments)
+                                   : is_scan ? import_scan(arguments)
+                                             : import_mesh(std::move(arguments));
     if (!world) return world.error();
     say(fmt::format(messages::kPrintIt, shell_word(world->string()), shell_word(stem + ".ofr")));
     return {};

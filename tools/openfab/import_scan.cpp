@@ -3,28 +3,23 @@
 #include "tools/openfab/import_scan.h"
 
 #include <fmt/format.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "base/clean_exit.h"
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/own_folder.h"
 #include "base/replace_file.h"
 #include "base/say.h"
-#include "base/start_program.h"
 #include "base/text.h"
+#include "tools/openfab/converter.h"
 #include "tools/openfab/import_text.h"
 #include "tools/openfab/messages.h"
-#include "tools/openfab/programs.h"
 #include "tools/openfab/stock.h"
 #include "world/printer.h"
 
@@ -43,33 +38,6 @@ struct Segmentation {
     std::array<double, 3> size_mm{};
     std::vector<Segment> segments;
 };
-
-/// Lets the reader of DICOM write what the file has.
-Result<void> list_segments(const fs::path& file, const fs::path& out) {
-    const Result<fs::path> folder = program_folder();
-    if (!folder) return folder.error();
-    const fs::path helper = *folder / "openfab-texture-dicom";
-    if (::access(helper.c_str(), X_OK) != 0) {
-        Error error = outside_error(messages::kBuiltWithoutDicom);
-        error.help = messages::kBuiltWithoutDicomHelp;
-        return error;
-    }
-    const std::string from = as_argument(file);
-    ProgramStart start;
-    start.argv = {helper.string(), "--segments", from, out.string()};
-    pid_t process = 0;
-    const int failed = start_program(start, &process);
-    if (failed != 0)
-        return outside_error(
-            fmt::format(messages::kCannotStartProgram, helper.string(), std::strerror(failed)));
-    RunningProgram running(process);
-    int status = 0;
-    if (!running.wait(&status))
-        return outside_error(fmt::format(messages::kCannotWaitForProgram, helper.string()));
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
-    // It has said what is wrong.
-    return WIFEXITED(status) && WEXITSTATUS(status) == 1 ? user_error("") : outside_error("");
-}
 
 /// Colours of segments without one, and of those whose colour another one has: slices tell materials apart.
 std::string free_color(const std::string& wanted, std::set<std::string>* taken) {
@@ -160,7 +128,10 @@ Result<fs::path> import_scan(const ImportArguments& arguments) {
     const Result<std::unique_ptr<TemporaryFolder>> scratch = TemporaryFolder::create();
     if (!scratch) return scratch.error();
     const fs::path list = (*scratch)->path() / "segments.json";
-    if (Result<void> listed = list_segments(file, list); !listed) return listed.error();
+    if (Result<void> listed =
+            run_converter(kScanConverter, {"--segments", as_argument(file), list.string()}, file);
+        !listed)
+        return listed.error();
     const Result<Segmentation> scan = read_list(list);
     if (!scan) return scan.error();
     constexpr size_t kMostMaterials = 254;

@@ -1,13 +1,12 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/openfab/import_step.h"
+#include "tools/openfab/converter.h"
 
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstring>
-#include <string>
 
 #include "base/clean_exit.h"
 #include "base/start_program.h"
@@ -19,24 +18,37 @@ namespace openfab::tools {
 
 namespace fs = std::filesystem;
 
+const Converter kStepConverter{"openfab-step", messages::kBuiltWithoutOpenCascade,
+                               messages::kBuiltWithoutOpenCascadeHelp, "OpenCASCADE"};
+const Converter kVrmlConverter{"openfab-vrml", messages::kBuiltWithoutCoin,
+                               messages::kBuiltWithoutCoinHelp, "Coin"};
+const Converter kScanConverter{"openfab-texture-dicom", messages::kBuiltWithoutDicom,
+                               messages::kBuiltWithoutDicomHelp, "GDCM"};
+
 bool is_step_file(const fs::path& file) {
     const std::string kind = lower_ascii(file.extension().string());
     return kind == ".step" || kind == ".stp";
 }
 
-Result<void> solids_of_step(const fs::path& file, const fs::path& output, double tolerance_mm) {
+bool is_vrml_file(const fs::path& file) {
+    const std::string kind = lower_ascii(file.extension().string());
+    return kind == ".wrl" || kind == ".vrml";
+}
+
+Result<void> run_converter(const Converter& converter, std::vector<std::string> arguments,
+                           const fs::path& file) {
     const Result<fs::path> folder = program_folder();
     if (!folder) return folder.error();
-    const fs::path helper = *folder / "openfab-step";
+    const fs::path helper = *folder / converter.program;
     if (::access(helper.c_str(), X_OK) != 0) {
-        Error error = outside_error(messages::kBuiltWithoutOpenCascade);
-        error.help = messages::kBuiltWithoutOpenCascadeHelp;
+        Error error = outside_error(converter.missing);
+        error.help = converter.missing_help;
         return error;
     }
-    const std::string to = "--output=" + output.string();
-    const std::string tolerance = fmt::format("--tolerance={:.9g}mm", tolerance_mm);
     ProgramStart start;
-    start.argv = {helper.string(), to, tolerance, "--", file.string()};
+    start.argv = {helper.string()};
+    for (std::string& argument : arguments)
+        start.argv.push_back(std::move(argument));
     pid_t process = 0;
     const int failed = start_program(start, &process);
     if (failed != 0)
@@ -50,7 +62,8 @@ Result<void> solids_of_step(const fs::path& file, const fs::path& output, double
     // It has said what is wrong. One that a damaged file has killed has not.
     if (WIFEXITED(status) && WEXITSTATUS(status) == 1) return user_error("");
     if (WIFSIGNALED(status))
-        return user_error(fmt::format(messages::kStepReaderEnded, file.string(), WTERMSIG(status)));
+        return user_error(fmt::format(messages::kConverterEnded, file.string(), converter.library,
+                                      WTERMSIG(status)));
     return outside_error("");
 }
 

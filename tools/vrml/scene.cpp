@@ -1,0 +1,234 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/vrml/scene.h"
+
+#include <Inventor/SoDB.h>
+#include <Inventor/SoInput.h>
+#include <Inventor/SoPrimitiveVertex.h>
+#include <Inventor/VRMLnodes/SoVRMLImageTexture.h>
+#include <Inventor/VRMLnodes/SoVRMLInline.h>
+#include <Inventor/VRMLnodes/SoVRMLMovieTexture.h>
+#include <Inventor/VRMLnodes/SoVRMLPixelTexture.h>
+#include <Inventor/VRMLnodes/SoVRMLShape.h>
+#include <Inventor/actions/SoCallbackAction.h>
+#include <Inventor/errors/SoReadError.h>
+#include <Inventor/nodes/SoSeparator.h>
+#include <Inventor/nodes/SoShape.h>
+#include <Inventor/nodes/SoTexture2.h>
+#include <Inventor/nodes/SoWWWInline.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <system_error>
+
+#include "base/text.h"
+#include "tools/vrml/messages.h"
+
+namespace openfab::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What the library says while it reads; it is asked once a process.
+std::string* said = nullptr;
+
+void keep_error(const SoError* error, void*) {
+    if (said != nullptr && said->empty()) *said = error->getDebugString().getString();
+}
+
+Vec3d position_of(const SbVec3f& v) {
+    return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+
+class Collector {
+  public:
+    explicit Collector(fs::path folder) : folder_(std::move(folder)) {}
+
+    Scene scene;
+    int64_t triangles = 0, lines = 0, inlines = 0, pixels = 0;
+
+    void visit(SoNode* root) {
+        SoCallbackAction action;
+        action.addPreCallback(SoNode::getClassTypeId(), begin, this);
+        action.addPostCallback(SoNode::getClassTypeId(), end, this);
+        action.addTriangleCallback(SoShape::getClassTypeId(), triangle, this);
+        action.addLineSegmentCallback(
+            SoShape::getClassTypeId(),
+            [](void* self, SoCallbackAction*, const SoPrimitiveVertex*, const SoPrimitiveVertex*) {
+                ++static_cast<Collector*>(self)->lines;
+            },
+            this);
+        action.addPointCallback(
+            SoShape::getClassTypeId(),
+            [](void* self, SoCallbackAction*, const SoPrimitiveVertex*) {
+                ++static_cast<Collector*>(self)->lines;
+            },
+            this);
+        action.apply(root);
+    }
+
+  private:
+    /// What holds for the nodes that follow in a group.
+    struct Level {
+        const SoNode* node = nullptr;
+        std::string name, picture;
+    };
+
+    static constexpr int64_t kMostTriangles = 50'000'000;
+
+    static SoCallbackAction::Response begin(void* self, SoCallbackAction*, const SoNode* node) {
+        static_cast<Collector*>(self)->enter(node);
+        return SoCallbackAction::CONTINUE;
+    }
+    static SoCallbackAction::Response end(void* self, SoCallbackAction*, const SoNode* node) {
+        std::vector<Level>& levels = static_cast<Collector*>(self)->levels_;
+        if (levels.size() > 1 && levels.back().node == node) levels.pop_back();
+        return SoCallbackAction::CONTINUE;
+    }
+
+    void enter(const SoNode* node) {
+        const std::string name = node->getName().getString();
+        const bool scopes = node->isOfType(SoSeparator::getClassTypeId()) ||
+                            node->isOfType(SoVRMLShape::getClassTypeId()) || !name.empty();
+        if (scopes) {
+            Level level = levels_.back();
+            level.node = node;
+            if (!name.empty()) level.name = name;
+            levels_.push_back(std::move(level));
+        }
+        if (node->isOfType(SoVRMLImageTexture::getClassTypeId())) {
+            const auto* const texture = static_cast<const SoVRMLImageTexture*>(node);
+            set_picture(texture->url.getNum() > 0 ? texture->url[0].getString() : "");
+        } else if (node->isOfType(SoTexture2::getClassTypeId())) {
+            set_picture(static_cast<const SoTexture2*>(node)->filename.getValue().getString());
+        } else if (node->isOfType(SoVRMLPixelTexture::getClassTypeId()) ||
+                   node->isOfType(SoVRMLMovieTexture::getClassTypeId())) {
+            ++pixels;
+        } else if (node->isOfType(SoVRMLInline::getClassTypeId()) ||
+                   node->isOfType(SoWWWInline::getClassTypeId())) {
+            ++inlines;
+        }
+        if (node->isOfType(SoShape::getClassTypeId())) begin_shape();
+    }
+
+    /// A texture counts for what follows in the group around it, a shape's own too.
+    void set_picture(const std::string& url) {
+        if (url.empty()) return;
+        const fs::path name = fs::path(url).lexically_normal();
+        std::error_code ignored;
+        const bool below = name.is_relative() && *name.begin() != "..";
+        std::string found;
+        if (below && fs::is_regular_file(folder_ / name, ignored)) {
+            found = name.string();
+        } else {
+            scene.notes.push_back(
+                fmt::format(messages::kPictureElsewhere, folder_.string(), printable(url)));
+        }
+        levels_.back().picture = found;
+        // A named texture is a level of its own, which ends with it.
+        for (size_t i = levels_.size() - 1; i > 0; --i) {
+            const SoNode* const node = levels_[i].node;
+            levels_[i].picture = found;
+            if (node->isOfType(SoSeparator::getClassTypeId()) ||
+                node->isOfType(SoVRMLShape::getClassTypeId()))
+                return;
+        }
+        levels_[0].picture = found;
+    }
+
+    void begin_shape() {
+        scene.shapes.emplace_back();
+        scene.shapes.back().name = levels_.back().name;
+        scene.shapes.back().picture = levels_.back().picture;
+    }
+
+    static void triangle(void* self, SoCallbackAction* action, const SoPrimitiveVertex* a,
+                         const SoPrimitiveVertex* b, const SoPrimitiveVertex* c) {
+        static_cast<Collector*>(self)->add(*action, {a, b, c});
+    }
+
+    void add(const SoCallbackAction& action,
+             const std::array<const SoPrimitiveVertex*, 3>& corners) {
+        if (++triangles > kMostTriangles) return;
+        const SbMatrix& place = action.getModelMatrix();
+        const SbMatrix& of_texture = action.getTextureMatrix();
+        SceneShape& shape = scene.shapes.back();
+        std::array<SceneCorner, 3> made;
+        for (size_t i = 0; i < 3; ++i) {
+            SbVec3f at;
+            place.multVecMatrix(corners[i]->getPoint(), at);
+            made[i].position = position_of(at);
+            SbColor ambient, diffuse, specular, emissive;
+            float shine = 0, clear = 0;
+            action.getMaterial(ambient, diffuse, specular, emissive, shine, clear,
+                               corners[i]->getMaterialIndex());
+            const bool glows = diffuse.length() == 0 && emissive.length() > 0;
+            const SbColor& color = glows ? emissive : diffuse;
+            made[i].color = {color[0], color[1], color[2]};
+            shape.opacity = std::min(shape.opacity, 1 - clear);
+            const SbVec4f& uv = corners[i]->getTextureCoords();
+            SbVec4f turned;
+            of_texture.multVecMatrix(uv, turned);
+            const float w = turned[3] == 0 ? 1 : turned[3];
+            made[i].uv = {turned[0] / w, turned[1] / w};
+        }
+        // What mirrors turns the order of corners, as faces that are clockwise do.
+        const bool mirrors = place.det3() < 0;
+        const bool clockwise = action.getVertexOrdering() == SoShapeHints::CLOCKWISE;
+        if (mirrors != clockwise) std::swap(made[1], made[2]);
+        shape.triangles.push_back(made);
+    }
+
+    fs::path folder_;
+    std::vector<Level> levels_{{}};
+};
+
+}  // namespace
+
+Result<Scene> read_scene(const fs::path& file) {
+    SoDB::init();
+    SoReadError::setHandlerCallback(keep_error, nullptr);
+    SoError::setHandlerCallback(keep_error, nullptr);
+    // Nothing of other files is read, be they on the disk or elsewhere.
+    SoVRMLInline::setFetchURLCallBack([](const SbString&, void*, SoVRMLInline*) {}, nullptr);
+    SoWWWInline::setFetchURLCallBack([](const SbString&, void*, SoWWWInline*) {}, nullptr);
+    std::string errors;
+    said = &errors;
+    const auto failed = [&](const char* otherwise) {
+        Error error = user_error(
+            fmt::format("{}: {}", file.string(),
+                        errors.empty() ? std::string(otherwise)
+                                       : fmt::format(messages::kCannotRead, printable(errors))));
+        if (errors.empty()) error.help = messages::kNotVrmlHelp;
+        return error;
+    };
+    SoInput input;
+    if (!input.openFile(file.c_str())) return failed(messages::kNotVrml);
+    SoSeparator* const root = SoDB::readAll(&input);
+    if (root == nullptr || !input.isFileVRML1() && !input.isFileVRML2())
+        return failed(messages::kNotVrml);
+    root->ref();
+    Collector collector(file.parent_path().empty() ? "." : file.parent_path());
+    collector.visit(root);
+    root->unref();
+    said = nullptr;
+    constexpr int64_t kMostTriangles = 50'000'000;
+    if (collector.triangles > kMostTriangles)
+        return user_error(fmt::format("{}: {}", file.string(),
+                                      fmt::format(messages::kMoreThanTriangles, kMostTriangles)));
+    Scene& scene = collector.scene;
+    std::erase_if(scene.shapes, [](const SceneShape& shape) { return shape.triangles.empty(); });
+    const std::string name = file.filename().string();
+    if (collector.lines > 0)
+        scene.notes.push_back(fmt::format(messages::kLinesLeftOut, name, collector.lines));
+    if (collector.inlines > 0)
+        scene.notes.push_back(fmt::format(messages::kOtherFilesLeftOut, name, collector.inlines));
+    if (collector.pixels > 0)
+        scene.notes.push_back(fmt::format(messages::kPixelsLeftOut, name, collector.pixels));
+    if (scene.shapes.empty())
+        return user_error(fmt::format("{}: {}", file.string(), messages::kNoFaces));
+    return std::move(scene);
+}
+
+}  // namespace openfab::tools
