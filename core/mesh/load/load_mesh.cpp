@@ -20,8 +20,10 @@
 #include "mesh/load/jailed.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/messages.h"
+#include "mesh/read/amf.h"
 #include "mesh/read/gltf.h"
 #include "mesh/read/obj.h"
+#include "mesh/read/off.h"
 #include "mesh/read/ply.h"
 #include "mesh/read/stl.h"
 #include "mesh/read/threemf.h"
@@ -41,9 +43,9 @@ struct Format {
     Reader read;
 };
 
-constexpr Format kFormats[] = {{".obj", parse_obj},  {".stl", parse_stl},
-                               {".ply", parse_ply},  {".gltf", parse_gltf},
-                               {".glb", parse_gltf}, {".3mf", parse_threemf}};
+constexpr Format kFormats[] = {{".obj", parse_obj},   {".stl", parse_stl},  {".ply", parse_ply},
+                               {".gltf", parse_gltf}, {".glb", parse_gltf}, {".3mf", parse_threemf},
+                               {".amf", parse_amf},   {".off", parse_off},  {".coff", parse_off}};
 
 const Format* find_format(const fs::path& file) {
     const std::string extension = lower_ascii(file.extension().string());
@@ -61,13 +63,10 @@ struct OtherFormat {
 };
 
 constexpr OtherFormat kOtherFormats[] = {
-    {".wrl", "VRML", messages::kSaveWithMeshLab},
-    {".vrml", "VRML", messages::kSaveWithMeshLab},
+    {".wrl", "VRML", messages::kImportVrml},
+    {".vrml", "VRML", messages::kImportVrml},
     {".x3d", "X3D", messages::kSaveWithMeshLab},
-    {".off", "OFF", messages::kSaveWithMeshLab},
-    {".coff", "OFF", messages::kSaveWithMeshLab},
     {".3ds", "3DS", messages::kSaveWithMeshLab},
-    {".amf", "AMF", messages::kSaveAs3mf},
     {".fbx", "FBX", messages::kSaveWithBlender},
     {".dae", "COLLADA", messages::kSaveWithBlender},
     {".usd", "USD", messages::kSaveWithBlender},

@@ -8,13 +8,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
-#include <sstream>
 
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/meshes.h"
-#include "tests/support/meshes/temp_folder.h"
 #include "tests/support/places/places.h"
 
 namespace openfab::mesh {
@@ -82,53 +79,11 @@ TEST(ForeignMeshes, OfTheRepository) {
     EXPECT_EQ(broken.printable + broken.unread, 0);
 }
 
-/// Converts OFF to OBJ text; indices count from 0 in OFF, from 1 in OBJ.
-std::string obj_of_off(const fs::path& off) {
-    std::ifstream in(off);
-    std::string line;
-    std::string words;
-    while (std::getline(in, line))
-        words += line.substr(0, line.find('#')) + "\n";
-    std::istringstream text(words);
-    std::string magic;
-    size_t vertices = 0;
-    size_t faces = 0;
-    size_t edges = 0;
-    if (!(text >> magic >> vertices >> faces >> edges) || magic != "OFF") return {};
-    std::string obj;
-    std::getline(text, line);
-    for (size_t v = 0; v < vertices && std::getline(text, line);) {
-        std::istringstream row(line);
-        std::string x, y, z;
-        if (!(row >> x >> y >> z)) continue;
-        obj += "v " + x + " " + y + " " + z + "\n";
-        ++v;
-    }
-    for (size_t f = 0; f < faces && std::getline(text, line);) {
-        std::istringstream row(line);
-        size_t corners = 0;
-        if (!(row >> corners)) continue;
-        obj += "f";
-        long corner = 0;
-        for (size_t c = 0; c < corners && row >> corner; ++c)
-            obj += " " + std::to_string(corner + 1);
-        obj += "\n";
-        ++f;
-    }
-    return obj;
-}
-
 // A manual test: checks every mesh below the folder OPENFAB_MESHES.
 TEST(ForeignMeshes, OfAFolderThatIsNamed) {
     const char* named = std::getenv("OPENFAB_MESHES");
     if (named == nullptr) return;
-    testing::TempFolder folder;
     Tally tally;
-    for (const auto& entry : fs::recursive_directory_iterator(named)) {
-        const fs::path& file = entry.path();
-        if (file.extension() == ".off")
-            look_at(folder.write(file.stem().string() + ".obj", obj_of_off(file)), &tally);
-    }
     for (const fs::path& file : meshes_below(named))
         look_at(file, &tally);
     printf("%d printable, %d refused, %d unread\n", tally.printable, tally.refused, tally.unread);
