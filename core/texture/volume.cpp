@@ -154,6 +154,14 @@ bool is_medium_list(const fs::path& file) {
     return lower_ascii(file.filename().string()) == "dicomdir";
 }
 
+namespace {
+
+bool is_print_manifest(const fs::path& file) {
+    return file.filename() == kPrintManifest;
+}
+
+}  // namespace
+
 Result<std::vector<fs::path>> volume_files(const fs::path& source) {
     std::error_code trouble;
     if (fs::is_regular_file(source, trouble)) {
@@ -176,6 +184,11 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
             if (name[0] != '.' && it->is_regular_file(ignored) && matches(pattern, name))
                 files.push_back(it->path());
         }
+    }
+    if (folder && std::any_of(files.begin(), files.end(), is_print_manifest)) {
+        std::erase_if(files, [](const fs::path& file) {
+            return !is_print_manifest(file) && !file.filename().string().starts_with("slice_");
+        });
     }
     if (folder && std::any_of(files.begin(), files.end(), is_medium_list))
         return files_below(directory);

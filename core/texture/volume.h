@@ -40,9 +40,13 @@ bool is_medium_list(const std::filesystem::path& file);
 /// Whether a file is marked as DICOM (PS3.10, 7.1).
 bool is_dicom(const std::filesystem::path& file);
 
+/// The file of a folder of slices that says how large and where they are.
+inline constexpr const char* kPrintManifest = "manifest.json";
+
 /// Lists the files that make up a volume: the named one, every file of a folder, or every file
 /// whose name matches a pattern: `*` matches anything, `#` a digit, `%d` and `%04d` a number. Of a medium
-/// with a list, and of a folder that holds only folders in which there is DICOM, it is all files below.
+/// with a list, and of a folder that holds only folders in which there is DICOM, it is all files below. Of a
+/// print in a folder it is kPrintManifest, first, and its slices, without what else is written beside them.
 /// Slices are in the order of their names, with numbers in them compared by value, the first one at
 /// the bottom. Fails where there is none.
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);

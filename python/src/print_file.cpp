@@ -3,7 +3,7 @@
 
 // openfab._core.PrintFile: the slices of an `.ofr` file or of a folder, in any order.
 
-#include "tools/viewer/print_file.h"
+#include "backends/read/print_file.h"
 
 #include <fmt/format.h>
 #include <nanobind/nanobind.h>
@@ -33,7 +33,7 @@ namespace openfab::python {
 
 namespace {
 
-using viewer::PrintFile;
+using prints::PrintFile;
 using Codes = nb::ndarray<nb::numpy, const uint8_t, nb::ndim<2>>;
 using Window = std::array<int32_t, 4>;  ///< first and last + 1 along x, then along y
 
@@ -43,7 +43,7 @@ Result<std::vector<uint8_t>> read_codes(const PrintFile& file, int32_t z, const 
     const pipeline::PrintInfo& info = file.info();
     if (x0 < 0 || x1 < x0 || x1 > info.size.x || y0 < 0 || y1 < y0 || y1 > info.size.y)
         return user_error(fmt::format("{}: the window is beyond its slices", file.path()));
-    viewer::SliceBuffers buffers;
+    prints::SliceBuffers buffers;
     if (Result<void> read = file.read_slice(z, &buffers); !read) return read.error();
     const pipeline::SliceView slice{z, buffers.rows.data(), file.row_bytes(), info.size.x,
                                     info.size.y};

@@ -16,7 +16,7 @@ namespace openfab::pipeline {
 namespace {
 
 /// Limit of the lines of one kind; thousands of instances share a fault.
-constexpr size_t kMostLines = 4;
+constexpr size_t kMostSizes = 4;
 
 bool is_mesh(const part::Part& part) {
     return part.shape == nullptr && part.beams == nullptr && part.piece == nullptr;
@@ -70,12 +70,12 @@ std::string part_sizes(std::span<const part::Part> parts,
                        const Vec3d& pitch_mm) {
     Ruler ruler(pitch_mm);
     std::string text;
-    for (size_t i = 0; i < std::min(parts.size(), kMostLines); ++i) {
+    for (size_t i = 0; i < std::min(parts.size(), kMostSizes); ++i) {
         text += fmt::format("{}{}", i == 0 ? "" : "; ",
                             describe(parts[i], ruler.voxels(parts[i], *solids[i])));
     }
-    if (parts.size() > kMostLines)
-        text += fmt::format(messages::kAndMoreParts, parts.size() - kMostLines);
+    if (parts.size() > kMostSizes)
+        text += fmt::format(messages::kAndMoreParts, parts.size() - kMostSizes);
     return text;
 }
 
@@ -99,11 +99,11 @@ std::vector<std::string> thin_part_warnings(
         bool vanishes = false;
         for (int a = 0; a < 3; ++a)
             vanishes = vanishes || voxels[a] + grows / pitch_mm[a] < kThin;
-        if (!vanishes || ++thin > kMostLines) continue;
+        if (!vanishes || ++thin > kMostSizes) continue;
         warnings.push_back(describe(part, voxels) + messages::kPartVanishes);
     }
-    if (thin > kMostLines)
-        warnings.push_back(fmt::format(messages::kMorePartsThin, thin - kMostLines));
+    if (thin > kMostSizes)
+        warnings.push_back(fmt::format(messages::kMorePartsThin, thin - kMostSizes));
     return warnings;
 }
 

@@ -60,10 +60,14 @@ void add_new(CLI::App& app, Action* action) {
 }
 
 void add_import(CLI::App& app, Action* action) {
-    CLI::App* command =
-        app.add_subcommand("import", "make a world from a mesh, its colours and its pictures");
+    CLI::App* command = app.add_subcommand(
+        "import", "make a world from a mesh, its colours and its pictures, or from a print");
     auto a = std::make_shared<ImportArguments>();
-    command->add_option("FILE", a->file, "a mesh: " + mesh::mesh_formats() + "; or .step")
+    command
+        ->add_option(
+            "FILE", a->file,
+            "a mesh: " + mesh::mesh_formats() +
+                "; .step; .wrl; .dcm of segments; or a print: .ofr, .gcvf or a folder of slices")
         ->required();
     command->add_option("-o,--output", a->folder, "the folder to make");
     command->add_flag("--list", a->list,

@@ -17,6 +17,7 @@
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/npy_sink.h"
 #include "backends/raster/slice_files.h"
+#include "backends/read/gcvf_print.h"
 #include "base/say.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
@@ -51,15 +52,19 @@ Result<void> export_slice(const ExportOptions& options, ofr::OfrReader* reader) 
     }
 }
 
+/// Says what is to be known of a print in the format that was chosen.
+void note_of_format(const ExportOptions& options, const pipeline::PrintInfo& info) {
+    const Result<const backends::Format*> format =
+        program::choose_format(options.print, printer_of(info));
+    if (!format || *format == nullptr || (*format)->note == nullptr) return;
+    if (const std::string text = (*format)->note(info); !text.empty()) note(text);
+}
+
 Result<void> export_all(const ExportOptions& options, ofr::OfrReader* reader) {
     Result<std::unique_ptr<pipeline::SliceSink>> sink =
         program::open_output(options.print, printer_of(reader->info()));
     if (!sink) return sink.error();
-    const Result<const backends::Format*> format =
-        program::choose_format(options.print, printer_of(reader->info()));
-    if (format && *format != nullptr && (*format)->note != nullptr) {
-        if (const std::string text = (*format)->note(reader->info()); !text.empty()) note(text);
-    }
+    note_of_format(options, reader->info());
     Result<void> done = (*sink)->begin(reader->info());
     if (!done) return done;
     done = copy_slices(reader, sink->get());
@@ -72,6 +77,30 @@ Result<void> export_all(const ExportOptions& options, ofr::OfrReader* reader) {
     }
     Result<void> finished = (*sink)->finish(totals);
     return done ? finished : done;
+}
+
+/// Of folders and packages, which are whole or nothing here.
+Result<void> export_print(ExportOptions options, int64_t memory_bytes) {
+    if (options.slice >= 0) return usage_error(messages::kSliceOfOfr);
+    const Result<std::unique_ptr<prints::PrintFile>> print =
+        prints::PrintFile::open(options.file, memory_bytes);
+    if (!print) return print.error();
+    const pipeline::PrintInfo& info = (*print)->info();
+    if (Result<void> fine = check_copy(&options, {options.file}, info, memory_bytes); !fine)
+        return fine;
+    const int32_t planned = info.slice_end - info.slice_begin;
+    if ((*print)->whole_slices() < planned)
+        return user_error(
+            fmt::format(messages::kSlicesMissing, options.file, (*print)->whole_slices(), planned));
+    Result<std::unique_ptr<pipeline::SliceSink>> sink =
+        program::open_output(options.print, printer_of(info));
+    if (!sink) return sink.error();
+    note_of_format(options, info);
+    Result<void> done = (*sink)->begin(info);
+    if (!done) return done;
+    const Result<pipeline::PrintTotals> totals = copy_slices(**print, sink->get());
+    const Result<void> finished = (*sink)->finish(totals ? *totals : pipeline::PrintTotals());
+    return totals ? finished : Result<void>(totals.error());
 }
 
 bool writes_vdb(const ExportOptions& options) {
@@ -137,6 +166,9 @@ Result<void> run_export(ExportOptions options) {
     }
     if (options.slice >= 0 && (options.print.output.empty() || !options.previews.empty()))
         return usage_error(messages::kSliceIsOnePicture);
+    std::error_code ignored;
+    if (prints::is_gcvf(options.file) || std::filesystem::is_directory(options.file, ignored))
+        return export_print(std::move(options), *memory);
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(options.file, *memory);
     if (!reader) return reader.error();
     if (Result<void> fine = check_copy(&options, {options.file}, (*reader)->info(), *memory); !fine)

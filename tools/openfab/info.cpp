@@ -15,6 +15,7 @@
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/slice_digests.h"
 #include "backends/raster/slice_files.h"
+#include "backends/read/gcvf_print.h"
 #include "base/input_file.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -46,8 +47,8 @@ bool is_part(const pipeline::PrintInfo& info) {
 
 void print_grid(const pipeline::PrintInfo& info) {
     const Vec3d& pitch = info.pitch_mm;
-    show(fmt::format("title      {}\nprinter    {}\n", printable(info.title),
-                     printable(info.printer)));
+    show(fmt::format("title      {}\n", printable(info.title)));
+    if (!info.printer.empty()) show(fmt::format("printer    {}\n", printable(info.printer)));
     show(fmt::format("voxels     {} x {} x {}, {} bits\n", info.size.x, info.size.y, info.size.z,
                      info.bits));
     show(fmt::format("pitch      {:.6g} x {:.6g} x {:.6g} mm ({:.5g} x {:.5g} dpi, {:.5g} um)\n",
@@ -60,7 +61,6 @@ void print_grid(const pipeline::PrintInfo& info) {
     show(part ? fmt::format(messages::kSlicesOfWhole, info.slice_begin, info.slice_end - 1,
                             info.size.z)
               : fmt::format("slices     {} to {}\n", info.slice_begin, info.slice_end - 1));
-    show(fmt::format("seed       {}\n", info.seed));
 }
 
 /// Describes how much of an unfinished print's file is usable.
@@ -85,11 +85,42 @@ void show_story(const fs::path& output, std::optional<uint64_t> hash, size_t wid
     }
 }
 
+/// Shows the materials of a print, and how much there is of each where that is known.
+void show_materials(const pipeline::PrintInfo& info,
+                    const std::optional<pipeline::PrintTotals>& totals) {
+    for (size_t m = 0; m < info.materials.size(); ++m) {
+        const pipeline::SliceMaterial& material = info.materials[m];
+        show(fmt::format("material   {:2} #{:02x}{:02x}{:02x} {}", m + 1, material.key[0],
+                         material.key[1], material.key[2], printable(material.name)));
+        if (totals && m + 1 < totals->voxels_by_code.size()) {
+            const double ml = static_cast<double>(totals->voxels_by_code[m + 1]) * voxel_ml(info);
+            show(fmt::format(", {:.3f} ml", ml));
+            if (material.density_g_cm3 > 0)
+                show(fmt::format(", {:.3f} g", ml * material.density_g_cm3));
+        }
+        show("\n");
+    }
+}
+
+Result<void> info_of_gcvf(const std::string& file, int64_t memory_bytes) {
+    const auto print = prints::PrintFile::open(file, memory_bytes);
+    if (!print) return print.error();
+    const pipeline::PrintInfo& info = (*print)->info();
+    print_grid(info);
+    const int32_t whole = (*print)->whole_slices();
+    show(whole == info.size.z ? std::string("complete   yes\n")
+                              : fmt::format(messages::kPackageLacksSlices, whole, info.size.z));
+    show_materials(info, (*print)->totals());
+    show_story(file, std::nullopt, 11);
+    return {};
+}
+
 Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, memory_bytes);
     if (!reader) return reader.error();
     const pipeline::PrintInfo& info = (*reader)->info();
     print_grid(info);
+    show(fmt::format("seed       {}\n", info.seed));
     Result<pipeline::PrintTotals> totals = ofr::OfrReader::read_totals(file);
     if (totals) {
         show(is_part(info) ? fmt::format(messages::kCompletePart,
@@ -100,16 +131,7 @@ Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
         if (!unfinished) return unfinished.error();
         show(fmt::format("complete   {}\n", *unfinished));
     }
-    for (size_t m = 0; m < info.materials.size(); ++m) {
-        const pipeline::SliceMaterial& material = info.materials[m];
-        show(fmt::format("material   {:2} #{:02x}{:02x}{:02x} {}", m + 1, material.key[0],
-                         material.key[1], material.key[2], printable(material.name)));
-        if (totals && m + 1 < totals->voxels_by_code.size()) {
-            const double ml = static_cast<double>(totals->voxels_by_code[m + 1]) * voxel_ml(info);
-            show(fmt::format(", {:.3f} ml, {:.3f} g", ml, ml * material.density_g_cm3));
-        }
-        show("\n");
-    }
+    show_materials(info, totals ? std::optional(*totals) : std::nullopt);
     if (totals) show(fmt::format("hash       {:016x}\n", totals->hash));
     show_story(file, totals ? std::optional(totals->hash) : std::nullopt, 11);
     return {};
@@ -332,7 +354,7 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
     if (file.ends_with(".json")) return info_of_world(file, allow, *bytes);
     if (mesh::is_mesh_file(file)) return list_mesh(file, {.json = json, .memory_bytes = *bytes});
     if (is_texture_file(file)) return list_texture(file, *bytes);
-    return info_of_ofr(file, *bytes);
+    return prints::is_gcvf(file) ? info_of_gcvf(file, *bytes) : info_of_ofr(file, *bytes);
 }
 
 }  // namespace openfab::tools

@@ -6,9 +6,11 @@
 
 #include "backends/common/tee_sink.h"
 #include "backends/formats/formats.h"
+#include "backends/ofr/slice_codec.h"
 #include "base/units.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
+#include "runtime/pipeline/print_hash.h"
 #include "tools/openfab/known_printer.h"
 #include "tools/openfab/messages.h"
 
@@ -86,6 +88,29 @@ Result<void> copy_slices(ofr::OfrReader* reader, pipeline::SliceSink* sink) {
         const pipeline::SliceView& slice = reader->slice();
         if (Result<void> done = sink->commit(slice.z, sink->encode(slice)); !done) return done;
     }
+}
+
+Result<pipeline::PrintTotals> copy_slices(const prints::PrintFile& print,
+                                          pipeline::SliceSink* sink) {
+    const pipeline::PrintInfo& info = print.info();
+    pipeline::PrintTotals totals;
+    totals.voxels_by_code.resize(info.materials.size() + 1);
+    totals.tight = {{0, 0, info.slice_begin}, {info.size.x, info.size.y, info.slice_end}};
+    prints::SliceBuffers buffers;
+    for (int32_t z = info.slice_begin; z < info.slice_end; ++z) {
+        if (Result<void> read = print.read_slice(z, &buffers); !read) return read.error();
+        const std::array<int64_t, 256> counts = ofr::count_codes(buffers.rows, info.bits);
+        for (size_t code = 0; code < totals.voxels_by_code.size(); ++code) {
+            totals.voxels_by_code[code] += counts[code];
+            totals.voxels_solid += code > 0 ? counts[code] : 0;
+        }
+        totals.hash += pipeline::slice_hash(z, buffers.rows.data(), print.row_bytes(), info.size.y);
+        const pipeline::SliceView slice{z, buffers.rows.data(), print.row_bytes(), info.size.x,
+                                        info.size.y};
+        if (Result<void> done = sink->commit(z, sink->encode(slice)); !done) return done.error();
+    }
+    totals.complete = true;
+    return totals;
 }
 
 void add_slices_read(const ofr::OfrReader& reader, pipeline::PrintTotals* totals) {

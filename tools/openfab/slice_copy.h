@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "backends/ofr/ofr_reader.h"
+#include "backends/read/print_file.h"
 #include "base/result.h"
 #include "tools/openfab/commands.h"
 
@@ -25,6 +26,10 @@ Result<void> check_copy(ExportOptions* options, const std::vector<std::string>& 
 
 /// Passes all slices that the reader has left to the sink.
 Result<void> copy_slices(ofr::OfrReader* reader, pipeline::SliceSink* sink);
+
+/// Same for a print of any kind, all of whose slices must be there; returns its totals.
+Result<pipeline::PrintTotals> copy_slices(const prints::PrintFile& print,
+                                          pipeline::SliceSink* sink);
 
 /// Adds what `reader` has read so far to `totals`, whose codes are as many; not the tight box.
 void add_slices_read(const ofr::OfrReader& reader, pipeline::PrintTotals* totals);

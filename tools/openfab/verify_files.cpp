@@ -20,6 +20,7 @@
 #include "backends/raster/npy_sink.h"
 #include "backends/raster/slice_digests.h"
 #include "backends/raster/slice_files.h"
+#include "backends/read/print_file.h"
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/say.h"
@@ -28,7 +29,6 @@
 #include "mesh/read/zip_file.h"
 #include "runtime/pipeline/print_hash.h"
 #include "tools/openfab/messages.h"
-#include "tools/viewer/print_file.h"
 
 namespace openfab::tools {
 
@@ -163,9 +163,9 @@ std::vector<std::string> wrong_files(const fs::path& folder, const FolderFiles& 
 }
 
 /// Sums the hashes of the slices, from their pictures.
-Result<uint64_t> hash_of_folder(const viewer::PrintFile& print) {
+Result<uint64_t> hash_of_folder(const prints::PrintFile& print) {
     uint64_t hash = 0;
-    viewer::SliceBuffers buffers;
+    prints::SliceBuffers buffers;
     for (int32_t z = print.info().slice_begin; z < print.info().slice_end; ++z) {
         if (Result<void> read = print.read_slice(z, &buffers); !read) return read.error();
         hash +=
@@ -211,8 +211,8 @@ Result<void> verify_folder(const fs::path& folder, int64_t memory_bytes) {
     const bool grey = text_of(*manifest, "color_mode").starts_with("grey");
     const std::string recorded = text_of(*manifest, "hash");
     if (!grey) {
-        const Result<std::unique_ptr<viewer::PrintFile>> print =
-            viewer::PrintFile::open(folder.string(), memory_bytes);
+        const Result<std::unique_ptr<prints::PrintFile>> print =
+            prints::PrintFile::open(folder.string(), memory_bytes);
         // Colours of materials that are alike do not tell the voxels, either.
         if (!print && digests.empty()) return print.error();
         if (print) {

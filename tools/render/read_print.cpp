@@ -9,20 +9,20 @@
 #include <vector>
 
 #include "backends/common/tee_sink.h"
+#include "backends/read/print_file.h"
 #include "base/units.h"
 #include "tools/render/messages.h"
-#include "tools/viewer/print_file.h"
 
 namespace openfab::render {
 
 namespace {
 
 /// Returns false where the memory does not suffice for these cells.
-Result<bool> read_slices(const viewer::PrintFile& file, VolumeBuilder* builder) {
+Result<bool> read_slices(const prints::PrintFile& file, VolumeBuilder* builder) {
     const pipeline::PrintInfo& info = file.info();
     const auto width = static_cast<size_t>(info.size.x);
     std::vector<uint8_t> codes(width * static_cast<size_t>(info.size.y));
-    viewer::SliceBuffers buffers;
+    prints::SliceBuffers buffers;
     for (int32_t i = 0; i < file.whole_slices(); ++i) {
         const int32_t z = info.slice_begin + i;
         if (Result<void> read = file.read_slice(z, &buffers); !read) return read.error();
@@ -46,7 +46,7 @@ Result<bool> read_slices(const viewer::PrintFile& file, VolumeBuilder* builder) 
 }  // namespace
 
 Result<ReadPrint> read_print(const std::string& path, int64_t memory_bytes) {
-    Result<std::unique_ptr<viewer::PrintFile>> file = viewer::PrintFile::open(path, memory_bytes);
+    Result<std::unique_ptr<prints::PrintFile>> file = prints::PrintFile::open(path, memory_bytes);
     if (!file) return file.error();
     const pipeline::PrintInfo& info = (*file)->info();
     const int64_t slice_bytes = int64_t{info.size.x} * info.size.y + 2 * (*file)->slice_bytes();

@@ -19,6 +19,7 @@
 #include "tools/texture/guarded.h"
 #include "tools/texture/hdf5_kind.h"
 #include "tools/texture/messages.h"
+#include "tools/texture/print_volume.h"
 #include "tools/texture/scans.h"
 #include "tools/texture/slice_names.h"
 #include "tools/texture/still_image.h"
@@ -203,6 +204,8 @@ MadeReader with_plain_keys(MadeReader reader, const texture::VolumeOptions& opti
 /// By signature; only colour tables are recognized by their names.
 MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
                     const texture::ReadLimits& limits) {
+    if (files[0].filename() == texture::kPrintManifest)
+        return with_plain_keys(open_print(files[0].parent_path(), limits), options);
     if (files.size() != 1) return open_slices(files, options, limits);
     const Result<InputFile> file = InputFile::open(files[0]);
     if (!file) return file.error();
@@ -210,6 +213,7 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     const Result<size_t> got = file->read(0, head.data(), head.size());
     if (!got) return got.error();
     const std::string_view begin(head.data(), *got);
+    if (is_print(files[0], begin)) return with_plain_keys(open_print(files[0], limits), options);
     if (begin.starts_with("NRRD")) return open_nrrd(files[0], options, limits);
     const std::string kind = lower_ascii(files[0].extension().string());
     if (begin.starts_with("\x93NUMPY")) return with_plain_keys(open_npy(files[0]), options);

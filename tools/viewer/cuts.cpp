@@ -24,7 +24,7 @@ Cut::Cut(SliceStore* store, int axis, int32_t at) : store_(store), axis_(axis), 
 }
 
 void Cut::take(const uint8_t* rows, uint8_t* to) const {
-    const PrintFile& file = store_->file();
+    const prints::PrintFile& file = store_->file();
     const pipeline::PrintInfo& info = file.info();
     if (axis_ == 1) {
         std::memcpy(to, rows + file.row_bytes() * static_cast<size_t>(at_), row_bytes_);
@@ -57,7 +57,7 @@ Result<void> Cut::read(int32_t z) {
 }
 
 Result<void> Cut::fetch(int32_t first, int32_t end, int32_t stride) {
-    const PrintFile& file = store_->file();
+    const prints::PrintFile& file = store_->file();
     const int32_t low = file.info().slice_begin;
     const int32_t high = low + file.whole_slices();
     std::vector<int32_t> of_others;

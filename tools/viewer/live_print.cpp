@@ -9,11 +9,11 @@
 #include <chrono>
 #include <utility>
 
+#include "backends/read/print_file.h"
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/talking_program.h"
 #include "tools/viewer/live.h"
-#include "tools/viewer/print_file.h"
 
 namespace openfab::viewer {
 
@@ -104,8 +104,8 @@ bool Live::print_is_whole() const {
     // They are written last, of a print that failed, too.
     std::error_code ignored;
     if (!fs::exists(statistics_file(), ignored)) return false;
-    const Result<std::unique_ptr<PrintFile>> file =
-        PrintFile::open(preview_.string(), options_.memory_bytes);
+    const Result<std::unique_ptr<prints::PrintFile>> file =
+        prints::PrintFile::open(preview_.string(), options_.memory_bytes);
     return file && (*file)->totals().has_value();
 }
 

@@ -94,7 +94,7 @@ double worth_of(const pipeline::SliceView& view, const std::array<Light, 256>& l
 }  // namespace
 
 int32_t opening_slice(SliceStore* store) {
-    const PrintFile& file = store->file();
+    const prints::PrintFile& file = store->file();
     const pipeline::PrintInfo& info = file.info();
     const int32_t whole = file.whole_slices();
     if (whole <= 0) return info.slice_begin;

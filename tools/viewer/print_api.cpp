@@ -43,8 +43,8 @@ void vector_member(JsonText* out, const char* name, const Vec3i& v) {
 }
 
 /// What the record beside the print tells of its making, the last event last.
-void describe_story(const PrintFile& file, const std::optional<pipeline::PrintTotals>& totals,
-                    JsonText* out) {
+void describe_story(const prints::PrintFile& file,
+                    const std::optional<pipeline::PrintTotals>& totals, JsonText* out) {
     const std::optional<JsonValue> record =
         job::record_of(file.path(), totals ? std::optional(totals->hash) : std::nullopt);
     out->key("story").begin_array();
@@ -292,12 +292,12 @@ Answer pick(const Session::Prints& prints, const OfWorld& world, const Request& 
     Vec3i voxel;
     if (std::optional<Answer> wrong = choose_voxel(prints, &in, &chosen, &voxel))
         return std::move(*wrong);
-    const PrintFile& file = chosen.print->file();
+    const prints::PrintFile& file = chosen.print->file();
     const pipeline::PrintInfo& info = file.info();
     const Result<std::shared_ptr<const Slice>> slice = chosen.print->slices().slice(voxel.z);
     if (!slice) return failure(slice.error());
     if (reach > 0) voxel = nearest_solid(info, **slice, file.row_bytes(), voxel, reach);
-    const auto code_in = [&](const PrintFile& print, const Slice& rows) {
+    const auto code_in = [&](const prints::PrintFile& print, const Slice& rows) {
         return pipeline::SliceView{rows.z, rows.rows.data(), print.row_bytes(), info.size.x,
                                    info.size.y}
             .code(voxel.x, voxel.y, print.info().bits);
@@ -357,7 +357,7 @@ Answer slice(const Session::Prints& prints, const Request& request) {
     const int32_t z = in.whole("z", 0, kMostSide);
     Chosen chosen;
     if (std::optional<Answer> wrong = choose(prints, &in, &chosen)) return std::move(*wrong);
-    const PrintFile& file = chosen.print->file();
+    const prints::PrintFile& file = chosen.print->file();
     const Result<std::shared_ptr<const Slice>> slice = chosen.print->slices().slice(z);
     if (!slice) return failure(slice.error());
     JsonText out;
@@ -370,7 +370,7 @@ Answer slice(const Session::Prints& prints, const Request& request) {
         if (!other) return failure(other.error());
         const pipeline::PrintInfo& info = file.info();
         Difference difference(info, chosen.other->file().info(), info.size.x);
-        const auto view = [&](const PrintFile& print, const Slice& rows) {
+        const auto view = [&](const prints::PrintFile& print, const Slice& rows) {
             return pipeline::SliceView{z, rows.rows.data(), print.row_bytes(), info.size.x,
                                        info.size.y};
         };

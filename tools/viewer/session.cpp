@@ -11,12 +11,12 @@
 
 namespace openfab::viewer {
 
-ViewedPrint::ViewedPrint(std::unique_ptr<PrintFile> file, std::string name)
+ViewedPrint::ViewedPrint(std::unique_ptr<prints::PrintFile> file, std::string name)
     : file_(std::move(file)), name_(std::move(name)), slices_(file_.get()), cuts_(&slices_) {}
 
 Result<std::shared_ptr<ViewedPrint>> ViewedPrint::open(const std::string& path, std::string name,
                                                        int64_t memory_bytes) {
-    Result<std::unique_ptr<PrintFile>> file = PrintFile::open(path, memory_bytes);
+    Result<std::unique_ptr<prints::PrintFile>> file = prints::PrintFile::open(path, memory_bytes);
     if (!file) return file.error();
     return std::shared_ptr<ViewedPrint>(new ViewedPrint(std::move(*file), std::move(name)));
 }

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "backends/read/print_file.h"
 #include "base/result.h"
 #include "tools/viewer/cuts.h"
-#include "tools/viewer/print_file.h"
 #include "tools/viewer/slice_store.h"
 #include "tools/viewer/volume.h"
 
@@ -25,7 +25,7 @@ class ViewedPrint {
     static Result<std::shared_ptr<ViewedPrint>> open(const std::string& path, std::string name,
                                                      int64_t memory_bytes);
 
-    PrintFile& file() { return *file_; }
+    prints::PrintFile& file() { return *file_; }
     SliceStore& slices() { return slices_; }
     Cuts& cuts() { return cuts_; }
     /// Returns the volume, which is begun by the first call.
@@ -33,9 +33,9 @@ class ViewedPrint {
     const std::string& name() const { return name_; }
 
   private:
-    ViewedPrint(std::unique_ptr<PrintFile> file, std::string name);
+    ViewedPrint(std::unique_ptr<prints::PrintFile> file, std::string name);
 
-    std::unique_ptr<PrintFile> file_;
+    std::unique_ptr<prints::PrintFile> file_;
     std::string name_;
     SliceStore slices_;
     Cuts cuts_;

@@ -13,7 +13,7 @@ constexpr int64_t kKeptBytes = 64 << 20;
 /// Slices above this are unpacked one at a time.
 constexpr int64_t kLargeSlice = 40 << 20;
 
-size_t kept_bytes(const PrintFile& file) {
+size_t kept_bytes(const prints::PrintFile& file) {
     constexpr int64_t kOverhead = 4096;
     return static_cast<size_t>(std::max(kKeptBytes, file.slice_bytes() + kOverhead));
 }
@@ -37,17 +37,18 @@ class SliceStore::Turn {
     Turn(const Turn&) = delete;
     Turn& operator=(const Turn&) = delete;
 
-    SliceBuffers* buffers() { return buffers_.get(); }
+    prints::SliceBuffers* buffers() { return buffers_.get(); }
 
   private:
     SliceStore* store_;
-    std::unique_ptr<SliceBuffers> buffers_;
+    std::unique_ptr<prints::SliceBuffers> buffers_;
 };
 
-SliceStore::SliceStore(PrintFile* file) : file_(file), kept_(kept_bytes(*file), kept_bytes(*file)) {
+SliceStore::SliceStore(prints::PrintFile* file)
+    : file_(file), kept_(kept_bytes(*file), kept_bytes(*file)) {
     const int turns = file->slice_bytes() > kLargeSlice ? 1 : 2;
     for (int i = 0; i < turns; ++i)
-        free_.push_back(std::make_unique<SliceBuffers>());
+        free_.push_back(std::make_unique<prints::SliceBuffers>());
 }
 
 Result<std::shared_ptr<const Slice>> SliceStore::slice(int32_t z) {

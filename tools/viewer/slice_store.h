@@ -13,9 +13,9 @@
 #include <set>
 #include <vector>
 
+#include "backends/read/print_file.h"
 #include "base/lru_cache.h"
 #include "base/result.h"
-#include "tools/viewer/print_file.h"
 
 namespace openfab::viewer {
 
@@ -28,9 +28,9 @@ struct Slice {
 /// All functions are thread-safe.
 class SliceStore {
   public:
-    explicit SliceStore(PrintFile* file);
+    explicit SliceStore(prints::PrintFile* file);
 
-    const PrintFile& file() const { return *file_; }
+    const prints::PrintFile& file() const { return *file_; }
     /// Returns a slice, which is kept.
     Result<std::shared_ptr<const Slice>> slice(int32_t z);
     /// Shows the packed rows of a slice to `look`; the slice is not kept.
@@ -39,11 +39,11 @@ class SliceStore {
   private:
     class Turn;
 
-    PrintFile* file_;
+    prints::PrintFile* file_;
     LruCache<int32_t, Slice> kept_;
     std::mutex mutex_;  ///< of all below
     std::condition_variable changed_;
-    std::vector<std::unique_ptr<SliceBuffers>> free_;
+    std::vector<std::unique_ptr<prints::SliceBuffers>> free_;
     std::set<int32_t> being_read_;  ///< by slice(), so that one slice is not unpacked twice at once
 };
 

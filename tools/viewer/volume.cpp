@@ -185,7 +185,7 @@ void Volume::sample(const uint8_t* rows, std::vector<uint8_t>* codes) const {
 
 bool Volume::is_there(const Step& step) const {
     const auto has = [](const SliceStore& store, int32_t end) {
-        const PrintFile& file = store.file();
+        const prints::PrintFile& file = store.file();
         return std::min(end, file.info().slice_end) <=
                file.info().slice_begin + file.whole_slices();
     };

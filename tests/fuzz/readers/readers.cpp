@@ -21,6 +21,7 @@
 #include "backends/ofr/format.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/slice_codec.h"
+#include "backends/read/print_file.h"
 #include "backends/stream/message.h"
 #include "base/json.h"
 #include "base/result.h"
@@ -49,7 +50,6 @@
 #include "tools/texture/convert_volume.h"
 #include "tools/texture/embedded_profile.h"
 #include "tools/viewer/http_message.h"
-#include "tools/viewer/print_file.h"
 #include "world/printer.h"
 #include "world/transforms_file.h"
 #include "world/world.h"
@@ -234,9 +234,9 @@ bool transforms(std::string_view bytes) {
 
 /// The viewer's reader, in any order. Returns how many slices it read.
 int32_t slices_seen(const std::string& file) {
-    auto print = viewer::PrintFile::open(file, kReaderBytes);
+    auto print = prints::PrintFile::open(file, kReaderBytes);
     if (!answered(print)) return 0;
-    viewer::SliceBuffers buffers;
+    prints::SliceBuffers buffers;
     int32_t good = 0;
     const int32_t begin = (*print)->info().slice_begin;
     for (int32_t z = begin + (*print)->whole_slices() - 1; z >= begin; --z)
@@ -257,6 +257,10 @@ bool ofr(std::string_view bytes) {
         if (seen != (*reader)->whole_slices()) std::abort();
         return true;
     }
+}
+
+bool gcvf(std::string_view bytes) {
+    return slices_seen(written("a.gcvf", bytes)) > 0;
 }
 
 /// What both ends of a line make of messages: a receiver of a print, and a sender that hears its
@@ -339,13 +343,14 @@ bool messages(std::string_view bytes) {
     return all_make_sense && taken > 0 && taken == bytes.size();
 }
 
-constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "a.gltf",
-               kGlb[] = "a.glb", kThreemf[] = "a.3mf", kPng[] = "a.png", kJpg[] = "a.jpg",
-               kBmp[] = "a.bmp", kTga[] = "a.tga", kGif[] = "a.gif", kWebp[] = "a.webp",
-               kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
-               kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube", kVti[] = "a.vti",
-               kVtr[] = "a.vtr", kVts[] = "a.vts", kVtu[] = "a.vtu", kVtk[] = "a.vtk",
-               kNii[] = "a.nii", kMrc[] = "a.mrc", kMha[] = "a.mha", kXdmf[] = "a.xdmf";
+constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kAmf[] = "a.amf",
+               kOff[] = "a.off", kGltf[] = "a.gltf", kGlb[] = "a.glb", kThreemf[] = "a.3mf",
+               kPng[] = "a.png", kJpg[] = "a.jpg", kBmp[] = "a.bmp", kTga[] = "a.tga",
+               kGif[] = "a.gif", kWebp[] = "a.webp", kTif[] = "a.tif", kExr[] = "a.exr",
+               kHdr[] = "a.hdr", kPpm[] = "a.ppm", kNpy[] = "a.npy", kNrrd[] = "a.nrrd",
+               kCube[] = "a.cube", kVti[] = "a.vti", kVtr[] = "a.vtr", kVts[] = "a.vts",
+               kVtu[] = "a.vtu", kVtk[] = "a.vtk", kNii[] = "a.nii", kMrc[] = "a.mrc",
+               kMha[] = "a.mha", kXdmf[] = "a.xdmf";
 
 bool http(std::string_view bytes) {
     const viewer::HeadRead read = viewer::read_head(bytes);
@@ -450,6 +455,8 @@ constexpr Reader kReaders[] = {
     {"mtl", true, mtl},
     {"stl", false, mesh<kStl>},
     {"ply", true, mesh<kPly>},
+    {"amf", true, mesh<kAmf>},
+    {"off", true, mesh<kOff>},
     {"gltf", true, model<mesh::parse_gltf, kGltf>},
     {"glb", false, model<mesh::parse_gltf, kGlb>},
     {"3mf", false, model<mesh::parse_threemf, kThreemf>},
@@ -463,6 +470,7 @@ constexpr Reader kReaders[] = {
     {"printer", true, printer},
     {"transforms", true, transforms},
     {"ofr", false, ofr, seal_print},
+    {"gcvf", false, gcvf},
     {"oftx", false, oftx, seal_pyramid},
     {"stream", false, messages, seal_messages},
     {"png", false, picture<kPng>},

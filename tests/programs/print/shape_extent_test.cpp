@@ -291,7 +291,7 @@ TEST_F(ShapeExtent, WhatIsThinnerThanAVoxelIsTold) {
     EXPECT_GT(fine.voxels[0], 0);
     const Printed alone = print(world(shape(kRoomy), R"("build": [{"object": "thing"}])"), "0.8mm");
     EXPECT_THAT(alone.err, Says(program::messages::kNothingPrinted));
-    EXPECT_THAT(alone.err, HasSubstr("is 5 x 5 x 0.25 voxels\n"));
+    EXPECT_THAT(alone.err, ::testing::HasSubstr("is 7.5 x 7.5 x 0.25 voxels\n"));
     // A thousandth of a voxel is found, too.
     write_fablets("return max(abs(p.z - 3.03) - 0.0004, length(p.xy) - r);");
     EXPECT_EQ(print(world(shape(kRoomy), both), "0.8mm").exit_code, 0);

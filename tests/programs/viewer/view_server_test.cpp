@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "backends/ofr/messages.h"
+#include "backends/read/messages.h"
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
 #include "tests/support/says/says.h"
@@ -202,8 +203,8 @@ TEST_F(ViewServer, WhatCannotBeShownIsRefusedWithAReason) {
         {{path("none.ofr")}, viewer::messages::kCannotOpen},
         {{path("none.fab.json"), "--watch"}, viewer::messages::kCannotOpen},
         {{path("text.ofr")}, ofr::messages::kNotOfr},
-        {{scratch_.path().string()}, viewer::messages::kNoFolderOfSlices},
-        {{path("odd")}, viewer::messages::kManifestOfOther},
+        {{scratch_.path().string()}, prints::messages::kNoFolderOfSlices},
+        {{path("odd")}, prints::messages::kManifestOfOther},
         {{print, path("none.ofr")}, viewer::messages::kCannotOpen},
         {{print, "--watch"}, viewer::messages::kWatchIsForWorld},
         {{print, "--world", "cube.obj"}, viewer::messages::kWorldIsNoWorld},

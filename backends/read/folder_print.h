@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A folder of slices, PNG or BMP, of which any slice can be read, also while a print still fills it.
+// A folder of slices, PNG, TIFF or BMP, of which any slice can be read, also while a print still fills it.
 // What the slices are is in its manifest.json; materials are shown in the colours of the slices,
 // since it has no others.
 
@@ -11,14 +11,21 @@
 #include <mutex>
 
 #include "backends/raster/slice_files.h"
+#include "backends/read/print_file.h"
 #include "base/json.h"
-#include "tools/viewer/print_file.h"
 
-namespace openfab::viewer {
+namespace openfab::prints {
 
 class FolderPrint final : public PrintFile {
   public:
-    static Result<std::unique_ptr<PrintFile>> open(const std::string& path, int64_t memory_bytes);
+    static Result<std::unique_ptr<FolderPrint>> open(const std::string& path, int64_t memory_bytes);
+
+    /// Whether its slices are of the fractions of one material; read_slice refuses them, which have no codes.
+    bool is_grey() const;
+    /// Whether in its pictures +x points left.
+    bool flips_x() const { return options_.flip_x; }
+    /// Returns the files of a slice.
+    std::vector<std::string> slice_files(int32_t z) const;
 
     int32_t whole_slices() const override;
     std::optional<pipeline::PrintTotals> totals() const override;
@@ -42,4 +49,4 @@ class FolderPrint final : public PrintFile {
     std::optional<pipeline::PrintTotals> totals_;
 };
 
-}  // namespace openfab::viewer
+}  // namespace openfab::prints

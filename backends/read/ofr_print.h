@@ -9,10 +9,10 @@
 #include <mutex>
 
 #include "backends/ofr/format.h"
+#include "backends/read/print_file.h"
 #include "base/input_file.h"
-#include "tools/viewer/print_file.h"
 
-namespace openfab::viewer {
+namespace openfab::prints {
 
 class OfrPrint final : public PrintFile {
   public:
@@ -42,4 +42,4 @@ class OfrPrint final : public PrintFile {
     std::optional<pipeline::PrintTotals> totals_;
 };
 
-}  // namespace openfab::viewer
+}  // namespace openfab::prints

@@ -1,23 +1,28 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/viewer/print_file.h"
+#include "backends/read/print_file.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <system_error>
 
+#include "backends/read/folder_print.h"
+#include "backends/read/gcvf_print.h"
+#include "backends/read/messages.h"
+#include "backends/read/ofr_print.h"
 #include "base/units.h"
-#include "tools/viewer/folder_print.h"
-#include "tools/viewer/messages.h"
-#include "tools/viewer/ofr_print.h"
 
-namespace openfab::viewer {
+namespace openfab::prints {
 
 Result<std::unique_ptr<PrintFile>> PrintFile::open(const std::string& path, int64_t memory_bytes) {
     std::error_code ignored;
-    return std::filesystem::is_directory(path, ignored) ? FolderPrint::open(path, memory_bytes)
-                                                        : OfrPrint::open(path, memory_bytes);
+    if (std::filesystem::is_directory(path, ignored)) {
+        Result<std::unique_ptr<FolderPrint>> folder = FolderPrint::open(path, memory_bytes);
+        if (!folder) return folder.error();
+        return std::unique_ptr<PrintFile>(std::move(*folder));
+    }
+    return is_gcvf(path) ? GcvfPrint::open(path, memory_bytes) : OfrPrint::open(path, memory_bytes);
 }
 
 Error PrintFile::error(const std::string& what) const {
@@ -30,4 +35,4 @@ Result<void> PrintFile::check_memory(int64_t bytes_a_slice, int64_t memory_bytes
                                   format_bytes(bytes_a_slice), format_bytes(memory_bytes)));
 }
 
-}  // namespace openfab::viewer
+}  // namespace openfab::prints

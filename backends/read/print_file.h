@@ -3,7 +3,7 @@
 #pragma once
 
 // A print of which any slice can be read, also while it is still being written: an `.ofr` file
-// (ofr_print.h) or a folder of slices (folder_print.h).
+// (ofr_print.h), a folder of slices (folder_print.h) or a GCVF (gcvf_print.h).
 
 #include <cstdint>
 #include <memory>
@@ -15,7 +15,7 @@
 #include "base/result.h"
 #include "runtime/pipeline/slice_sink.h"
 
-namespace openfab::viewer {
+namespace openfab::prints {
 
 /// Buffers that a reader keeps from slice to slice.
 struct SliceBuffers {
@@ -59,4 +59,4 @@ class PrintFile {
     size_t row_bytes_ = 0;
 };
 
-}  // namespace openfab::viewer
+}  // namespace openfab::prints

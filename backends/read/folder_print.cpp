@@ -1,22 +1,25 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/viewer/folder_print.h"
+#include "backends/read/folder_print.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "backends/common/tee_sink.h"
+#include "backends/raster/grey_slice.h"
 #include "backends/raster/png_slice.h"
 #include "backends/raster/slice_digests.h"
+#include "backends/read/messages.h"
 #include "base/input_file.h"
-#include "tools/viewer/messages.h"
 
-namespace openfab::viewer {
+namespace openfab::prints {
 
 namespace {
 
@@ -90,8 +93,8 @@ pipeline::PrintInfo with_pitch_of(const std::vector<uint8_t>& file, bool is_bitm
 
 }  // namespace
 
-Result<std::unique_ptr<PrintFile>> FolderPrint::open(const std::string& path,
-                                                     int64_t memory_bytes) {
+Result<std::unique_ptr<FolderPrint>> FolderPrint::open(const std::string& path,
+                                                       int64_t memory_bytes) {
     std::unique_ptr<FolderPrint> print(new FolderPrint(path));
     const Result<JsonValue> manifest = print->read_manifest();
     if (!manifest) return manifest.error();
@@ -103,7 +106,7 @@ Result<std::unique_ptr<PrintFile>> FolderPrint::open(const std::string& path,
         return fits.error();
     print->take_totals(*manifest);
     print->look_again();
-    return std::unique_ptr<PrintFile>(std::move(print));
+    return print;
 }
 
 Result<JsonValue> FolderPrint::read_manifest() const {
@@ -155,6 +158,13 @@ Result<void> FolderPrint::take_manifest(const JsonValue& manifest) {
     options_.format = mode == "indexed"   ? raster::SliceFormat::kIndexed
                       : mode == "bitmaps" ? raster::SliceFormat::kBitmaps
                                           : raster::SliceFormat::kRgba;
+    if (mode.starts_with("grey")) {
+        const bool deep = mode == "grey16";
+        options_.format = deep ? raster::SliceFormat::kTiff16 : raster::SliceFormat::kTiff8;
+        std::error_code ignored;
+        if (!std::filesystem::exists(slice_path(info_.slice_begin, 0), ignored))
+            options_.format = deep ? raster::SliceFormat::kGrey16 : raster::SliceFormat::kGrey8;
+    }
     options_.flip_x = is_true(axes->value, "flipped_x");
     if (options_.format == raster::SliceFormat::kRgba && raster::shares_a_color(info_))
         return error(messages::kMaterialsOfOneColour);
@@ -188,6 +198,17 @@ bool FolderPrint::take_totals(const JsonValue& manifest) {
 
 std::string FolderPrint::slice_path(int32_t z, size_t file) const {
     return path_ + "/" + raster::slice_file_name(z, file, info_, options_);
+}
+
+bool FolderPrint::is_grey() const {
+    return raster::is_grey(options_.format);
+}
+
+std::vector<std::string> FolderPrint::slice_files(int32_t z) const {
+    std::vector<std::string> files;
+    for (size_t i = 0; i < raster::files_a_slice(info_, options_); ++i)
+        files.push_back(slice_path(z, i));
+    return files;
 }
 
 int32_t FolderPrint::whole_slices() const {
@@ -234,9 +255,9 @@ bool FolderPrint::was_replaced() const {
 Result<void> FolderPrint::read_slice(int32_t z, SliceBuffers* buffers) const {
     if (z < info_.slice_begin || z - info_.slice_begin >= whole_slices())
         return error(fmt::format(messages::kSliceNotThere, z));
+    if (is_grey()) return error(messages::kSlicesOfFractions);
     buffers->frame.clear();
-    for (size_t i = 0; i < raster::files_a_slice(info_, options_); ++i) {
-        const std::string name = slice_path(z, i);
+    for (const std::string& name : slice_files(z)) {
         const Result<InputFile> file = InputFile::open(name);
         if (!file) return with_context(file.error(), fmt::format(messages::kCannotOpen, name));
         // An encoder makes no file that is larger than this.
@@ -252,4 +273,4 @@ Result<void> FolderPrint::read_slice(int32_t z, SliceBuffers* buffers) const {
     return {};
 }
 
-}  // namespace openfab::viewer
+}  // namespace openfab::prints

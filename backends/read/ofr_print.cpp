@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/viewer/ofr_print.h"
+#include "backends/read/ofr_print.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -13,9 +13,9 @@
 #include "backends/common/tee_sink.h"
 #include "backends/ofr/messages.h"
 #include "backends/ofr/slice_codec.h"
-#include "tools/viewer/messages.h"
+#include "backends/read/messages.h"
 
-namespace openfab::viewer {
+namespace openfab::prints {
 
 namespace {
 
@@ -185,4 +185,4 @@ Result<void> OfrPrint::read_slice(int32_t z, SliceBuffers* buffers) const {
     return {};
 }
 
-}  // namespace openfab::viewer
+}  // namespace openfab::prints
