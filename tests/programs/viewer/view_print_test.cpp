@@ -18,6 +18,7 @@
 
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
+#include "backends/read/messages.h"
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
 #include "tests/support/says/says.h"
@@ -272,7 +273,7 @@ TEST_F(ViewPrint, ADamagedSliceIsNamedAndTheOthersAreShown) {
         if (answer.status == 200) continue;
         ++damaged;
         EXPECT_EQ(answer.status, 422);
-        EXPECT_THAT(answer.body, testing::Says(viewer::messages::kOfSlice, z, "its"));
+        EXPECT_THAT(answer.body, testing::Says(prints::messages::kOfSlice, z, "its"));
         EXPECT_EQ(viewer.get(tile_path("axis=x&at=0&lu=0&lv=0&u=0&v=0")).status, 422);
     }
     EXPECT_EQ(damaged, 1);
