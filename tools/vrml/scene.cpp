@@ -206,7 +206,7 @@ Result<Scene> read_scene(const fs::path& file) {
     SoInput input;
     if (!input.openFile(file.c_str())) return failed(messages::kNotVrml);
     SoSeparator* const root = SoDB::readAll(&input);
-    if (root == nullptr || !input.isFileVRML1() && !input.isFileVRML2())
+    if (root == nullptr || (!input.isFileVRML1() && !input.isFileVRML2()))
         return failed(messages::kNotVrml);
     root->ref();
     Collector collector(file.parent_path().empty() ? "." : file.parent_path());
