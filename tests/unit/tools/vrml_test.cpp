@@ -121,8 +121,11 @@ TEST_F(VrmlFiles, ColoursOfFacesAndVertices) {
     for (const auto& t : found.shapes[1].triangles) {
         for (const SceneCorner& c : t) {
             const bool first = c.position == Vec3d{0, 0, 0}, last = c.position == Vec3d{0, 2, 2};
-            if (first) EXPECT_THAT(c.color, ElementsAre(1, 0, 0));
-            if (last) EXPECT_THAT(c.color, Each(FloatNear(0.5F, 0.01F)));
+            if (first) {
+                EXPECT_THAT(c.color, ElementsAre(1, 0, 0));
+            } else if (last) {
+                EXPECT_THAT(c.color, Each(FloatNear(0.5F, 0.01F)));
+            }
         }
     }
 }
