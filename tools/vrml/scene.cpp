@@ -12,6 +12,7 @@
 #include <Inventor/VRMLnodes/SoVRMLShape.h>
 #include <Inventor/actions/SoCallbackAction.h>
 #include <Inventor/errors/SoReadError.h>
+#include <Inventor/fields/SoSFBool.h>
 #include <Inventor/nodes/SoSeparator.h>
 #include <Inventor/nodes/SoShape.h>
 #include <Inventor/nodes/SoTexture2.h>
@@ -79,7 +80,10 @@ class Collector {
 
     static SoCallbackAction::Response begin(void* self, SoCallbackAction*, const SoNode* node) {
         static_cast<Collector*>(self)->enter(node);
-        return SoCallbackAction::CONTINUE;
+        // The library may have read the file that it names.
+        const bool is_inline = node->isOfType(SoVRMLInline::getClassTypeId()) ||
+                               node->isOfType(SoWWWInline::getClassTypeId());
+        return is_inline ? SoCallbackAction::PRUNE : SoCallbackAction::CONTINUE;
     }
     static SoCallbackAction::Response end(void* self, SoCallbackAction*, const SoNode* node) {
         std::vector<Level>& levels = static_cast<Collector*>(self)->levels_;
@@ -109,7 +113,7 @@ class Collector {
                    node->isOfType(SoWWWInline::getClassTypeId())) {
             ++inlines;
         }
-        if (node->isOfType(SoShape::getClassTypeId())) begin_shape();
+        if (node->isOfType(SoShape::getClassTypeId())) begin_shape(*node);
     }
 
     /// A texture counts for what follows in the group around it, a shape's own too.
@@ -137,7 +141,10 @@ class Collector {
         levels_[0].picture = found;
     }
 
-    void begin_shape() {
+    void begin_shape(const SoNode& node) {
+        const SoField* const field = node.getField("ccw");
+        clockwise_ = field != nullptr && field->isOfType(SoSFBool::getClassTypeId()) &&
+                     !static_cast<const SoSFBool*>(field)->getValue();
         scene.shapes.emplace_back();
         scene.shapes.back().name = levels_.back().name;
         scene.shapes.back().picture = levels_.back().picture;
@@ -175,13 +182,14 @@ class Collector {
         }
         // What mirrors turns the order of corners, as faces that are clockwise do.
         const bool mirrors = place.det3() < 0;
-        const bool clockwise = action.getVertexOrdering() == SoShapeHints::CLOCKWISE;
+        const bool clockwise = clockwise_ || action.getVertexOrdering() == SoShapeHints::CLOCKWISE;
         if (mirrors != clockwise) std::swap(made[1], made[2]);
         shape.triangles.push_back(made);
     }
 
     fs::path folder_;
     std::vector<Level> levels_{{}};
+    bool clockwise_ = false;  ///< as the shape says of its faces
 };
 
 }  // namespace
@@ -190,7 +198,7 @@ Result<Scene> read_scene(const fs::path& file) {
     SoDB::init();
     SoReadError::setHandlerCallback(keep_error, nullptr);
     SoError::setHandlerCallback(keep_error, nullptr);
-    // Nothing of other files is read, be they on the disk or elsewhere.
+    // Nothing is fetched from elsewhere.
     SoVRMLInline::setFetchURLCallBack([](const SbString&, void*, SoVRMLInline*) {}, nullptr);
     SoWWWInline::setFetchURLCallBack([](const SbString&, void*, SoWWWInline*) {}, nullptr);
     std::string errors;

@@ -35,7 +35,7 @@ struct Scene {
 };
 
 /// Reads VRML 2.0 (VRML97), also VRML 1.0: shapes of all kinds as triangles, with the colours of their
-/// materials, faces or vertices and the file names of their pictures. Nothing of other files is read.
+/// materials, faces or vertices and the file names of their pictures. Nothing of other files is taken.
 /// Errors: no VRML, damaged, with the line where the library says one; no faces.
 Result<Scene> read_scene(const std::filesystem::path& file);
 
