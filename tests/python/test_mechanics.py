@@ -137,7 +137,8 @@ def test_a_bar_conducts(bar: Path) -> None:
 def test_it_stands(bar: Path) -> None:
     result = mechanics.stand(bar, voxel_mm=1, arguments=["--modes", "0"])
     assert result.stands
-    assert result.margin_deg == pytest.approx(45)
+    # The foot is looked at in voxels of its own, whose edge may be half of one within the part's.
+    assert result.margin_deg == pytest.approx(45, abs=0.5)
 
 
 def test_what_is_wrong_is_an_error(bar: Path, monkeypatch: pytest.MonkeyPatch) -> None:
