@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backends/common/tee_sink.h"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -76,6 +77,17 @@ void unpack_row(const pipeline::SliceView& slice, int32_t y, int32_t bits, uint8
         codes[2 * i + 1] = row[i] >> 4;
     }
     if (slice.width % 2 != 0) codes[slice.width - 1] = row[pairs] & 15;
+}
+
+void pack_row(std::span<const uint8_t> codes, int32_t bits, uint8_t* row) {
+    if (bits == 8) {
+        std::copy(codes.begin(), codes.end(), row);
+        return;
+    }
+    const size_t pairs = codes.size() / 2;
+    for (size_t i = 0; i < pairs; ++i)
+        row[i] = static_cast<uint8_t>(codes[2 * i] | codes[2 * i + 1] << 4);
+    if (codes.size() % 2 != 0) row[pairs] = codes.back();
 }
 
 }  // namespace openfab::backends

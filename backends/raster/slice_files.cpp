@@ -56,14 +56,7 @@ std::vector<uint8_t> decode_slice(std::span<const uint8_t> files, const pipeline
     for (size_t y = 0; y < static_cast<size_t>(info.size.y); ++y) {
         const std::span<uint8_t> row(codes.data() + width * y, width);
         if (options.flip_x) std::reverse(row.begin(), row.end());
-        uint8_t* to = rows.data() + row_bytes * y;
-        for (size_t x = 0; x < width; ++x) {
-            if (info.bits == 8) {
-                to[x] = row[x];
-            } else {
-                to[x / 2] = static_cast<uint8_t>(to[x / 2] | row[x] << (x % 2 == 0 ? 0 : 4));
-            }
-        }
+        backends::pack_row(row, info.bits, rows.data() + row_bytes * y);
     }
     return rows;
 }

@@ -258,24 +258,22 @@ Result<void> GcvfPrint::read_slice(int32_t z, SliceBuffers* buffers) const {
     const uint8_t* pixel = picture->rgba.data();
     const uint8_t* known = nullptr;  // the pixel before, whose code is `code`
     uint8_t code = 0;
-    for (int32_t row = 0; row < info_.size.y; ++row) {
-        uint8_t* const to =
-            buffers->rows.data() + row_bytes_ * static_cast<size_t>(info_.size.y - 1 - row);
+    std::vector<uint8_t> row(static_cast<size_t>(info_.size.x));
+    for (int32_t y = 0; y < info_.size.y; ++y) {
         for (int32_t x = 0; x < info_.size.x; ++x, pixel += 4) {
             if (known == nullptr || !std::equal(pixel, pixel + 4, known)) {
                 const std::optional<uint8_t> other = codes.of(pixel);
                 if (!other)
                     return error(fmt::format(messages::kColourOfNoMaterial, z, pixel[0], pixel[1],
-                                             pixel[2], pixel[3], x, row));
+                                             pixel[2], pixel[3], x, y));
                 code = *other;
             }
             known = pixel;
-            if (info_.bits == 8) {
-                to[x] = code;
-            } else {
-                to[x / 2] = static_cast<uint8_t>(to[x / 2] | code << (x % 2 == 0 ? 0 : 4));
-            }
+            row[static_cast<size_t>(x)] = code;
         }
+        // Pictures have their highest row first.
+        const auto from_below = static_cast<size_t>(info_.size.y - 1 - y);
+        backends::pack_row(row, info_.bits, buffers->rows.data() + row_bytes_ * from_below);
     }
     return {};
 }

@@ -157,16 +157,6 @@ void enter(const JailLimits& limits, int64_t seconds, int line) {
 #endif
 }
 
-void pass_error(JailLine* line, Error* error) {
-    auto code = static_cast<int32_t>(error->code);
-    pass(line, &code);
-    if (code < 0 || code > static_cast<int32_t>(ErrorCode::kInterrupted)) line->fail();
-    error->code = static_cast<ErrorCode>(code);
-    pass(line, &error->message);
-    pass(line, &error->help);
-    pass(line, &error->location);
-}
-
 [[noreturn]] void answer(int descriptor, const std::function<Result<void>()>& read,
                          const std::function<void(JailLine*)>& send) {
     JailLine line(descriptor, true);
@@ -177,7 +167,7 @@ void pass_error(JailLine* line, Error* error) {
         send(&line);
     } else {
         Error error = done.error();
-        pass_error(&line, &error);
+        pass(&line, &error);
     }
     ::_exit(line.fine() ? 0 : 1);
 }
@@ -308,7 +298,7 @@ Result<void> run_in_jail(const fs::path& file, const JailLimits& limits,
         pass(&line, &what);
         if (line.fine() && what == Answer::kValue) whole = take(&line);
         if (line.fine() && what == Answer::kError) {
-            pass_error(&line, &error);
+            pass(&line, &error);
             whole = line.fine();
         }
     }

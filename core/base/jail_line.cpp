@@ -35,4 +35,14 @@ bool JailLine::take(uint64_t count, size_t bytes_each) {
     return true;
 }
 
+void pass(JailLine* line, Error* error) {
+    auto code = static_cast<int32_t>(error->code);
+    pass(line, &code);
+    if (code < 0 || code > static_cast<int32_t>(ErrorCode::kInterrupted)) line->fail();
+    error->code = static_cast<ErrorCode>(code);
+    pass(line, &error->message);
+    pass(line, &error->help);
+    pass(line, &error->location);
+}
+
 }  // namespace openfab

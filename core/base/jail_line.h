@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/result.h"
 #include "base/source_location.h"
 
 namespace openfab {
@@ -134,5 +135,8 @@ inline void pass(JailLine* line, SourceLocation* location) {
     pass(line, &location->line);
     pass(line, &location->column);
 }
+
+/// A code that there is not fails.
+void pass(JailLine* line, Error* error);
 
 }  // namespace openfab

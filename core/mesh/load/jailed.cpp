@@ -129,17 +129,7 @@ struct TakenPicture {
 
 void pass(JailLine* line, TakenPicture* picture) {
     pass(line, &picture->bytes);
-    bool failed = picture->error.has_value();
-    pass(line, &failed);
-    if (!failed) return;
-    if (!line->sends()) picture->error.emplace();
-    auto code = static_cast<int32_t>(picture->error->code);
-    pass(line, &code);
-    if (code < 0 || code > static_cast<int32_t>(ErrorCode::kInterrupted)) line->fail();
-    picture->error->code = static_cast<ErrorCode>(code);
-    pass(line, &picture->error->message);
-    pass(line, &picture->error->help);
-    pass(line, &picture->error->location);
+    pass(line, &picture->error);
 }
 
 namespace {

@@ -62,7 +62,7 @@ class AmfReader {
         if (error_) return *error_;
         if (mesh_.triangles() == 0) return user_error(fmt::format(messages::kAmfEmpty, file_));
         MeshSource source = mesh_.finish(file_, model_.unit_mm);
-        source.left_out = std::move(model_.left_out);
+        source.left_out = std::move(model_.told.list());
         return source;
     }
 
@@ -71,16 +71,6 @@ class AmfReader {
 
     void fail(const std::string& what) {
         if (!error_) error_ = user_error(fmt::format("{}: {}", file_, what));
-    }
-
-    /// The same `what` once.
-    void leave_out(const std::string& what, const std::string& place, const std::string& remedy) {
-        for (LeftOut& left : model_.left_out) {
-            if (left.what != what) continue;
-            ++left.count;
-            return;
-        }
-        model_.left_out.push_back({what, place, remedy, 1, LeftOutKind::kOther});
     }
 
     void place_all(Use use) {
@@ -126,8 +116,8 @@ class AmfReader {
         for (const AmfVolume& volume : object.volumes) {
             if (volume.role == BodyRole::kNotPrinted) {
                 if (!volume.triangles.empty())
-                    leave_out(volume.use, fmt::format("object {}", object.id),
-                              messages::kOnlyForTheSlicer);
+                    model_.told.add(volume.use, fmt::format("object {}", object.id),
+                                    messages::kOnlyForTheSlicer);
                 continue;
             }
             const auto triangles = static_cast<int64_t>(volume.triangles.size());
@@ -217,7 +207,8 @@ class AmfReader {
             if (fresh) known->second = mesh_.add_value(*color_, linear(colors[c]).data());
             values[c] = known->second;
             if (model_.colors[static_cast<size_t>(colors[c])][3] < 1)
-                leave_out(messages::kTransparentColours, file_, messages::kTransparentColoursHelp);
+                model_.told.add(messages::kTransparentColours, file_,
+                                messages::kTransparentColoursHelp);
         }
         mesh_.set_corners(*color_, values);
     }
@@ -267,7 +258,8 @@ class AmfReader {
     /// Reads what a material is composed of; returns whether that is possible.
     bool add_mixture(const LookKey& key, const AmfMaterial& material, Look* look) {
         if (material.has_formula)
-            leave_out(messages::kAmfShareFormulas, look->name, messages::kAmfShareFormulasHelp);
+            model_.told.add(messages::kAmfShareFormulas, look->name,
+                            messages::kAmfShareFormulasHelp);
         if (material.has_formula || material.parts.empty()) return true;
         double sum = 0;
         for (const auto& [id, share] : material.parts)

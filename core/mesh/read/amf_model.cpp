@@ -97,14 +97,7 @@ class AmfHandler final : public XmlHandler {
         if (wrong_.empty()) wrong_ = std::move(what);
     }
 
-    void leave_out(const char* what, const char* remedy) {
-        for (LeftOut& left : model.left_out) {
-            if (left.what != what) continue;
-            ++left.count;
-            return;
-        }
-        model.left_out.push_back({what, place(), remedy, 1, LeftOutKind::kOther});
-    }
+    void leave_out(const char* what, const char* remedy) { model.told.add(what, place(), remedy); }
 
     std::string place() const {
         if (model.objects.empty()) return file_;

@@ -16,6 +16,7 @@
 #include "base/result.h"
 #include "base/vec.h"
 #include "mesh/model/look.h"
+#include "mesh/read/threemf_extensions.h"
 
 namespace openfab::mesh {
 
@@ -69,7 +70,7 @@ struct AmfModel {
     std::vector<AmfObject> objects;
     std::map<int64_t, AmfMaterial> materials;
     std::map<int64_t, std::vector<AmfInstance>> constellations;
-    std::vector<LeftOut> left_out;
+    ThreemfTold told;  ///< what is left out
 };
 
 /// Parses a file's text. Errors are `file:line:column: …`, at the end of what is wrong. Vertices of

@@ -71,16 +71,6 @@ bool ShapeField::is_distance() const {
     return stage_.fablet->shape->is_distance != 0 && scale_of_values(stage_) != 0;
 }
 
-Vec3f ShapeField::position(const Vec3i& vertex) const {
-    Vec3f out;
-    for (int a = 0; a < 3; ++a) {
-        const auto at = static_cast<float>(static_cast<double>(first_[a] + vertex[a]) * cell_mm_);
-        // As std::clamp, without its branches.
-        out[a] = std::min(std::max(at, box_.lo[a]), box_.hi[a]);
-    }
-    return out;
-}
-
 Vec3f ShapeField::origin() const {
     Vec3f out;
     for (int a = 0; a < 3; ++a)

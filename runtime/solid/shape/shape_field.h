@@ -11,6 +11,7 @@
 // vertex lies one micro-vertex, at the zero that a search finds which looks at nothing but the edge:
 // neighbours that share the edge have it with equal bits.
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -70,7 +71,15 @@ class ShapeField {
     /// Returns how many cells the lattice has along each axis.
     const Vec3i& cells() const { return cells_; }
     /// Returns the place of a vertex of the lattice.
-    Vec3f position(const Vec3i& vertex) const;
+    Vec3f position(const Vec3i& vertex) const {
+        Vec3f out;
+        for (int a = 0; a < 3; ++a) {
+            const double at = static_cast<double>(first_[a] + vertex[a]) * cell_mm_;
+            // As std::clamp, without its branches: blocks ask for every vertex.
+            out[a] = std::min(std::max(static_cast<float>(at), box_.lo[a]), box_.hi[a]);
+        }
+        return out;
+    }
     /// Makes the micropolygons of a block.
     void dice(const Vec3i& lowest, surface::MicroMesh* out) const;
 
