@@ -85,6 +85,7 @@ void lower_limit(__rlimit_resource which, rlim_t most, rlim_t hard) {
     ::setrlimit(which, &limit);
 }
 
+#ifndef OPENFAB_SANITIZED  // sanitizers take addresses by the terabyte
 /// The addresses that this process has now, in bytes.
 int64_t addresses() {
     long long pages = 0;
@@ -94,9 +95,10 @@ int64_t addresses() {
     }
     return pages * ::sysconf(_SC_PAGESIZE);
 }
+#endif
 
 void limit_memory([[maybe_unused]] int64_t memory_bytes) {
-#ifndef OPENFAB_SANITIZED  // sanitizers take addresses by the terabyte
+#ifndef OPENFAB_SANITIZED
     // For the program itself, what it maps, and the heaps and stacks of threads.
     constexpr int64_t kProgram = 1'000'000'000, kThread = 150'000'000;
     const int64_t most =
