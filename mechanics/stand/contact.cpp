@@ -15,28 +15,6 @@ using HullPoint = std::array<double, 2>;
 
 namespace {
 
-/// The convex hull of a layer's solid elements.
-std::vector<HullPoint> hull_of(const Grid& g, const Voxels& v, const PartElements& elements,
-                               int32_t z, double* area_mm2) {
-    std::vector<HullPoint> corners;
-    for (int32_t y = 0; y < g.elements[1]; ++y) {
-        // The first and the last of a row have the hull.
-        int32_t first = -1, last = -1;
-        for (int32_t x = 0; x < g.elements[0]; ++x) {
-            if (elements.kind[g.element(x, y, z)] != kSolid) continue;
-            if (first < 0) first = x;
-            last = x;
-            *area_mm2 += g.pitch_mm[0] * g.pitch_mm[1];
-        }
-        if (first < 0) continue;
-        for (const int32_t x : {first, last + 1})
-            for (const int32_t row : {y, y + 1})
-                corners.push_back(
-                    {v.origin_mm[0] + x * g.pitch_mm[0], v.origin_mm[1] + row * g.pitch_mm[1]});
-    }
-    return convex_hull(std::move(corners));
-}
-
 /// The lowest layers of solid elements.
 FootLayers layers_of(const Grid& g, const Voxels& v, const PartElements& elements, int32_t lowest) {
     FootLayers out;
@@ -128,19 +106,41 @@ Stand stand_of(const Grid& g, const Voxels& v, const PartElements& elements, boo
     for (size_t a = 0; a < 3; ++a)
         out.centre_mm[a] = moment[a] / mass;
     out.floor_mm = v.origin_mm[2] + lowest * g.pitch_mm[2];
-    out.hull_mm = hull_of(g, v, elements, lowest, &out.contact_mm2);
     out.look_at(layers_of(g, v, elements, lowest));
     return out;
 }
 
-void Stand::look_at(const FootLayers& layers) {
+void Stand::look_at_contact(const FootLayers& layers) {
     // The ground of finer voxels is lower than that of elements, which are half full.
+    const auto layer = static_cast<ptrdiff_t>(int64_t{layers.size[0]} * layers.size[1]);
     const auto lowest = std::ranges::find_if(layers.inside, [](uint8_t c) { return c != 0; });
-    if (lowest != layers.inside.end())
-        floor_mm =
-            layers.origin_mm[2] +
-            layers.pitch_mm[2] * static_cast<double>((lowest - layers.inside.begin()) /
-                                                     (int64_t{layers.size[0]} * layers.size[1]));
+    if (lowest == layers.inside.end()) return;
+    const ptrdiff_t z = (lowest - layers.inside.begin()) / layer;
+    const double dx = layers.pitch_mm[0], dy = layers.pitch_mm[1];
+    floor_mm = layers.origin_mm[2] + layers.pitch_mm[2] * static_cast<double>(z);
+    contact_mm2 = 0;
+    std::vector<HullPoint> corners;
+    auto row = layers.inside.begin() + z * layer;
+    for (int32_t y = 0; y < layers.size[1]; ++y, row += layers.size[0]) {
+        const auto end = row + layers.size[0];
+        const auto solid = [](uint8_t c) { return c != 0; };
+        contact_mm2 += dx * dy * static_cast<double>(std::count_if(row, end, solid));
+        // The first and the last of a row have the hull.
+        const auto first = std::find_if(row, end, solid);
+        if (first == end) continue;
+        auto past = end;
+        while (past[-1] == 0)
+            --past;
+        for (const auto at : {first, past})
+            for (const int32_t side : {y, y + 1})
+                corners.push_back({layers.origin_mm[0] + static_cast<double>(at - row) * dx,
+                                   layers.origin_mm[1] + side * dy});
+    }
+    hull_mm = convex_hull(std::move(corners));
+}
+
+void Stand::look_at(const FootLayers& layers) {
+    look_at_contact(layers);
     const double height = centre_mm[2] - floor_mm;
     foot = foot_of(layers, {centre_mm[0], centre_mm[1]}, height);
     margin_deg = std::atan2(foot.margin_mm, height) * 180 / std::numbers::pi;
@@ -151,6 +151,7 @@ void Stand::look_at_pieces(const Grid& g, const Voxels& v, const PartElements& e
     const Pieces all = pieces_of(g, elements.kind);
     pieces = all.all.size();
     if (pieces < 2) return look_at(layers);
+    look_at_contact(layers);
     const std::vector<int32_t> of = with_surfaces(g, all);
     std::vector<double> mass(pieces);
     std::vector<Vec3> moment(pieces);

@@ -29,11 +29,15 @@ struct Stand {
     bool stands() const {
         return foot.kind == Foot::Kind::kStands || foot.kind == Foot::Kind::kRocks;
     }
-    /// Looks at the foot again, in voxels of another size.
+    /// Looks at the contact and the foot again, in voxels of another size.
     void look_at(const FootLayers& layers);
     /// The same of each piece of what is solid.
     void look_at_pieces(const Grid& grid, const Voxels& voxels, const PartElements& elements,
                         bool known, const FootLayers& layers);
+
+  private:
+    /// The lowest layer that is not void.
+    void look_at_contact(const FootLayers& layers);
 };
 
 /// Densities of `voxels` count, 1 g/cm3 where `known` is false. The contact are the lowest solid elements.

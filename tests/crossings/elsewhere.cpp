@@ -25,10 +25,6 @@ constexpr Elsewhere kElsewhere[] = {
     {"text", "makes a mesh of a file"},
     {"color", "makes charts and tables"},
     {"texture", "converts a picture"},
-    {"mechanics strengthen",
-     "prints and computes as `part` does, and writes the world again: mechanics_model_test. A "
-     "column would need fablets that "
-     "read the field that it grows, and those of the table read none"},
     // Options of a print.
     {"--help", "shows a text"},
     {"--token-file", "of a receiver"},

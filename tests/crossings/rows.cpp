@@ -160,9 +160,13 @@ std::string world_text(const Kind& kind, Form form, const Change& change) {
         fmt::format(R"({{"group": "all"{}{}}})", braces(kind.group_uniforms, "uniforms"),
                     change.placement.empty() ? "" : ", " + change.placement);
     std::string build = change.build.empty() ? placement : change.build;
-    // `ALL` in what a column builds is the placement with what it needs.
-    for (size_t at = 0; (at = build.find("ALL", at)) != std::string::npos;)
-        build.replace(at, 3, placement.substr(1, placement.size() - 2));
+    // `ALL` in what a column builds is the placement with what it needs, `ONE` the solid itself unless its group has values.
+    const std::string all = placement.substr(1, placement.size() - 2);
+    const std::string one = kind.group_uniforms.empty() ? item.substr(1) : all;
+    for (const auto& [word, members] : {std::pair("ALL", &all), std::pair("ONE", &one)}) {
+        for (size_t at = 0; (at = build.find(word, at)) != std::string::npos;)
+            build.replace(at, 3, *members);
+    }
     if (change.anchor) build += R"(, {"object": "anchor", "translate_mm": [-9, -8, -5]})";
     const std::string pieces = form == Form::kPieces         ? ", \"pieces\": " + cuts(false)
                                : form == Form::kPiecesOfFile ? R"(, "pieces": "cuts.json")"

@@ -102,6 +102,9 @@ TEST(MechanicsStand, EachPieceStandsByItself) {
         s.look_at_pieces(l.grid, l.voxels, l.elements, true, layers);
         EXPECT_EQ(s.pieces, 2U);
         EXPECT_EQ(s.stands(), !rolls);
+        // Of both, by their voxels: the ball is cut at half a voxel.
+        EXPECT_NEAR(s.contact_mm2, rolls ? 16 + 3.14159 * (9 - 2.95 * 2.95) : 46,
+                    rolls ? 0.1 : 1e-9);
         EXPECT_NEAR(s.of_piece_mm[0], rolls ? 9 : 10.5, 0.01);
         if (rolls) {
             EXPECT_NEAR(s.foot.round_mm, 3, 0.3);
