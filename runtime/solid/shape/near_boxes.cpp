@@ -6,11 +6,11 @@
 
 namespace openfab::solid {
 
-TakeCubes take_cubes() {
+NearKernels near_kernels() {
     if constexpr (simd::kWiderSets) {
-        if (simd::best_isa(simd::Isa::kAvx2) >= simd::Isa::kAvx2) return take_cubes_avx2;
+        if (simd::best_isa(simd::Isa::kAvx2) >= simd::Isa::kAvx2) return near_kernels_avx2();
     }
-    return take_cubes_sse41;
+    return near_kernels_sse41();
 }
 
 }  // namespace openfab::solid

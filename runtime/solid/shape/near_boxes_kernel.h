@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Implements take_cubes; near_boxes_avx2.cpp and near_boxes_sse41.cpp compile it with the flags of their instruction sets.
+// Implements NearKernels; near_boxes_avx2.cpp and near_boxes_sse41.cpp compile it with the flags of their instruction sets.
 
 #include <algorithm>
+#include <bit>
 
 #include "runtime/solid/shape/near_boxes.h"
 #include "simd/vectors.h"
@@ -13,6 +14,7 @@ namespace openfab::solid::OPENFAB_SIMD_ISA {
 namespace {
 
 using simd::Floats8;
+using simd::Mask8;
 
 inline void take(const NearLattice& lattice, std::span<const NearCube> cubes, size_t close,
                  size_t box, NearBoxes* boxes) {
@@ -56,6 +58,65 @@ inline void take(const NearLattice& lattice, std::span<const NearCube> cubes, si
     }
     store(&boxes->low2[box], low);
     store(&boxes->high2[box], high);
+}
+
+/// Two rows of cubes at a time: a byte of the masks. Sums over the axes are in the order of x, y and z, as for boxes.
+inline size_t add(const NearBlock& block, const Box3f& whole, float* nearest2, NearCube* cubes) {
+    static_assert(kBlockCubes == 4);
+    alignas(32) float gaps[3][8], mosts[3][8];
+    for (size_t a = 0; a < 3; ++a) {
+        const int axis = static_cast<int>(a);
+        for (size_t k = 0; k < 4; ++k) {
+            const float from = block.sides[a][k], end = block.sides[a][k + 1];
+            const float gap = std::max(std::max(from - whole.hi[axis], whole.lo[axis] - end), 0.0f);
+            const float most = std::max(whole.hi[axis] - from, end - whole.lo[axis]);
+            // Along y a row has one value, and the next row the next.
+            gaps[a][k] = gap * gap;
+            mosts[a][k] = most * most;
+        }
+    }
+    const auto rows_of = [](const float(&of)[3][8], Floats8* rows) OPENFAB_INLINE_LAMBDA {
+        alignas(32) float xs[8], ys[8];
+        for (size_t pair = 0; pair < 2; ++pair) {
+            for (size_t i = 0; i < 8; ++i) {
+                xs[i] = of[0][i % 4];
+                ys[i] = of[1][2 * pair + i / 4];
+            }
+            rows[pair] = Floats8::load(xs) + Floats8::load(ys);
+        }
+    };
+    Floats8 low[2], high[2];
+    rows_of(gaps, low);
+    rows_of(mosts, high);
+    Floats8 nearest(*nearest2);
+    for (size_t byte = 0; byte < 8; ++byte) {
+        const auto bits = static_cast<uint32_t>(block.certain >> 8 * byte & 0xff);
+        if (bits == 0) continue;
+        const Floats8 most = high[byte % 2] + Floats8(mosts[2][byte / 2]);
+        nearest = select(Mask8::from_bits(bits), min(most, nearest), nearest);
+    }
+    alignas(32) float lanes[8];
+    store(lanes, nearest);
+    *nearest2 = *std::min_element(lanes, lanes + 8);
+    const Floats8 needed(*nearest2);
+    size_t count = 0;
+    for (size_t byte = 0; byte < 8; ++byte) {
+        const auto possible = static_cast<uint32_t>(block.possible >> 8 * byte & 0xff);
+        if (possible == 0) continue;
+        const Floats8 least = low[byte % 2] + Floats8(gaps[2][byte / 2]);
+        uint32_t left = static_cast<uint32_t>(bits(least <= needed)) & possible;
+        if (left == 0) continue;
+        store(lanes, least);
+        for (; left != 0; left &= left - 1) {
+            const int lane = std::countr_zero(left);
+            cubes[count++] = {{block.first[0] + lane % 4,
+                               block.first[1] + 2 * static_cast<int32_t>(byte % 2) + lane / 4,
+                               block.first[2] + static_cast<int32_t>(byte / 2)},
+                              lanes[lane],
+                              (block.certain >> (8 * byte + static_cast<size_t>(lane)) & 1) != 0};
+        }
+    }
+    return count;
 }
 
 }  // namespace

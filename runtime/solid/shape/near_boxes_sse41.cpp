@@ -4,9 +4,8 @@
 
 namespace openfab::solid {
 
-void take_cubes_sse41(const NearLattice& lattice, std::span<const NearCube> cubes, size_t close,
-                      size_t box, NearBoxes* boxes) {
-    OPENFAB_SIMD_ISA::take(lattice, cubes, close, box, boxes);
+NearKernels near_kernels_sse41() {
+    return {OPENFAB_SIMD_ISA::take, OPENFAB_SIMD_ISA::add};
 }
 
 }  // namespace openfab::solid

@@ -22,6 +22,8 @@ namespace {
 constexpr int32_t kMostSteps = 40;
 // Cells from one of the vertices that are looked at first to the next.
 constexpr int32_t kSome = 4;
+// Points that are worth a call of a kernel.
+constexpr size_t kAtOnce = 1000;
 
 int32_t round_to_power(int32_t n) {
     int32_t power = 1;
@@ -48,6 +50,10 @@ ShapeField::ShapeField(const part::Part& stage, const Bodies& bodies, const open
         box_.hi[a] = static_cast<float>(box.hi[a]);
         first_[a] = static_cast<int32_t>(std::floor(box.lo[a] / cell_mm)) - 1;
         cells_[a] = static_cast<int32_t>(std::ceil(box.hi[a] / cell_mm)) + 1 - first_[a];
+        for (int32_t vertex = 0; vertex <= cells_[a]; ++vertex) {
+            const auto at = static_cast<float>(static_cast<double>(first_[a] + vertex) * cell_mm);
+            places_[static_cast<size_t>(a)].push_back(std::clamp(at, box_.lo[a], box_.hi[a]));
+        }
     }
     const openfab_shape& shape = *stage.fablet->shape;
     std::vector<size_t> places;
@@ -98,6 +104,26 @@ Vec3i ShapeField::end_of(const Node& node) const {
     for (int a = 0; a < 3; ++a)
         end[a] = std::min(node.lowest[a] + node.size, cells_[a]);
     return end;
+}
+
+void ShapeField::append_vertices(const Vec3i& first, const Vec3i& last, int32_t step,
+                                 ShapePoints* to) const {
+    const auto count = [&](int a) { return static_cast<size_t>((last[a] - first[a]) / step + 1); };
+    const size_t begin = to->size(), row = count(0), rows = count(1) * count(2);
+    to->resize(begin + row * rows);
+    std::array<float*, 3> at{};
+    for (size_t a = 0; a < 3; ++a)
+        at[a] = to->at[a].data() + begin;
+    for (int32_t z = first.z; z <= last.z; z += step) {
+        for (int32_t y = first.y; y <= last.y; y += step) {
+            for (size_t i = 0; i < row; ++i)
+                at[0][i] = places_[0][static_cast<size_t>(first.x) + i * static_cast<size_t>(step)];
+            std::fill_n(at[1], row, places_[1][static_cast<size_t>(y)]);
+            std::fill_n(at[2], row, places_[2][static_cast<size_t>(z)]);
+            for (float*& axis : at)
+                axis += row;
+        }
+    }
 }
 
 Box3f ShapeField::box_of(const Node& node) const {
@@ -169,15 +195,7 @@ bool ShapeField::fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* dice
     diced->lowest = lowest;
     diced->cells = end_of({lowest, kPatchCells}) - lowest;
     const Vec3i& n = diced->cells;
-    diced->vertices.resize(static_cast<size_t>(n.x + 1) * static_cast<size_t>(n.y + 1) *
-                           static_cast<size_t>(n.z + 1));
-    size_t v = 0;
-    for (int32_t z = 0; z <= n.z; ++z) {
-        for (int32_t y = 0; y <= n.y; ++y) {
-            for (int32_t x = 0; x <= n.x; ++x)
-                diced->vertices.set(v++, position(lowest + Vec3i{x, y, z}));
-        }
-    }
+    append_vertices(lowest, lowest + n, 1, &diced->vertices);
     if (const abi::KernelStatus status = calls->values(diced->vertices, &diced->values);
         !status.ok()) {
         note(status);
@@ -185,7 +203,7 @@ bool ShapeField::fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* dice
     }
     close_border(block_box(lowest), diced->vertices, &diced->values);
     bool inside = false, outside = false;
-    for (size_t i = 0; i < v; ++i) {
+    for (size_t i = 0; i < diced->vertices.size(); ++i) {
         const bool in = diced->values[i] < 0;
         inside |= in;
         outside |= !in;
@@ -202,14 +220,8 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
     bool inside = false, outside = false;
     ShapePoints points, lo, hi;
     std::vector<float> values, value_lo, value_hi;
-    const auto evaluate = [&](const Vec3i& first, const Vec3i& last, int32_t step) {
-        points.clear();
-        for (int32_t z = first.z; z <= last.z; z += step) {
-            for (int32_t y = first.y; y <= last.y; y += step) {
-                for (int32_t x = first.x; x <= last.x; x += step)
-                    points.push_back(position({x, y, z}));
-            }
-        }
+    // Looks at the points, and returns whether that was possible.
+    const auto evaluate = [&] {
         if (const abi::KernelStatus status = calls->values(points, &values); !status.ok()) {
             note(status);
             return false;
@@ -221,7 +233,8 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
         }
         return true;
     };
-    if (!evaluate(block.lowest, end, kSome)) return false;
+    append_vertices(block.lowest, end, kSome, &points);
+    if (!evaluate()) return false;
     if (inside && outside) return true;
     std::vector<Node> left;
     for (int32_t z = block.lowest.z; z < end.z; z += kSome) {
@@ -239,12 +252,17 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
         note(status);
         return false;
     }
+    points.clear();
     for (size_t i = 0; i < left.size(); ++i) {
         const bool inside_all = value_hi[i] < 0 && !at_border({lo.point(i), hi.point(i)});
-        if (value_lo[i] >= 0 || inside_all) {
+        if (value_lo[i] >= 0 || inside_all)
             (value_hi[i] < 0 ? inside : outside) = true;
-        } else if (!evaluate(left[i].lowest, end_of(left[i]), 1)) {
-            return false;
+        else
+            append_vertices(left[i].lowest, end_of(left[i]), 1, &points);
+        // Many at a time, but not all: the first ones mostly tell.
+        if (points.size() >= kAtOnce || (i + 1 == left.size() && points.size() > 0)) {
+            if (!evaluate()) return false;
+            points.clear();
         }
         if (inside && outside) return true;
     }

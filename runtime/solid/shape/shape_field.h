@@ -72,13 +72,9 @@ class ShapeField {
     const Vec3i& cells() const { return cells_; }
     /// Returns the place of a vertex of the lattice.
     Vec3f position(const Vec3i& vertex) const {
-        Vec3f out;
-        for (int a = 0; a < 3; ++a) {
-            const double at = static_cast<double>(first_[a] + vertex[a]) * cell_mm_;
-            // As std::clamp, without its branches: blocks ask for every vertex.
-            out[a] = std::min(std::max(static_cast<float>(at), box_.lo[a]), box_.hi[a]);
-        }
-        return out;
+        return {places_[0][static_cast<size_t>(vertex.x)],
+                places_[1][static_cast<size_t>(vertex.y)],
+                places_[2][static_cast<size_t>(vertex.z)]};
     }
     /// Makes the micropolygons of a block.
     void dice(const Vec3i& lowest, surface::MicroMesh* out) const;
@@ -110,6 +106,9 @@ class ShapeField {
     };
     struct Diced;
     Vec3i end_of(const Node& node) const;
+    /// Appends the places of vertices from `first` to `last`, both included, every `step`-th along each axis.
+    void append_vertices(const Vec3i& first, const Vec3i& last, int32_t step,
+                         ShapePoints* to) const;
     Box3f box_of(const Node& node) const;
     Node root() const;
     static Box3f common(const Box3f& a, const Box3f& b);
@@ -137,6 +136,7 @@ class ShapeField {
     Box3f box_;
     Vec3i first_;  ///< multiple of the pitch that is the lattice's lowest vertex
     Vec3i cells_;  ///< along each axis
+    std::array<std::vector<float>, 3> places_;  ///< [axis][vertex]
     /// Places of the @nearest inputs' components in what ShapeCalls::attributes gives.
     std::vector<size_t> floats_, ints_;
     mutable Pool<ShapeCalls> calls_;

@@ -16,19 +16,15 @@ namespace {
 
 constexpr int32_t kCube = 4;  // cells along a cube
 constexpr int32_t kCubes = kPatchCells / kCube;
-static_assert(kCubes == 4);
+static_assert(kCubes == kBlockCubes);
 // Shells of blocks around a box that are looked through; what is farther is far.
 constexpr int32_t kMostShells = 16;
 // Of the distances that voxels are told, and of what is computed here.
 constexpr float kRelative = 0x1p-13f, kOfCoordinates = 0x1p-17f;
 
-/// Of two stretches of an axis: the squares of the least and of the greatest distance.
+/// Of two stretches of an axis: the square of the least distance.
 float gap2(float lo_a, float hi_a, float lo_b, float hi_b) {
     const float d = std::max(std::max(lo_a - hi_b, lo_b - hi_a), 0.0f);
-    return d * d;
-}
-float most2(float lo_a, float hi_a, float lo_b, float hi_b) {
-    const float d = std::max(hi_a - lo_b, hi_b - lo_a);
     return d * d;
 }
 
@@ -38,7 +34,7 @@ ShapeNear::ShapeNear(const ShapeField& field, std::span<const Vec3i> blocks)
     : field_(field),
       blocks_(blocks),
       masks_(std::make_unique<Masks[]>(blocks.size())),
-      take_(take_cubes()),
+      kernels_(near_kernels()),
       block_mm_(static_cast<float>(field.cell_mm() * kPatchCells)) {
     const Vec3i cells = field.cells();
     for (int a = 0; a < 3; ++a) {
@@ -74,15 +70,20 @@ void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) 
         const Vec3i at = lowest + Vec3i{x, y, z} * kCube;
         return Vec3i{std::min(at.x, end.x), std::min(at.y, end.y), std::min(at.z, end.z)};
     };
-    for (int32_t z = 0; z <= kCubes; ++z) {
-        for (int32_t y = 0; y <= kCubes; ++y) {
-            for (int32_t x = 0; x <= kCubes; ++x) {
-                points.push_back(field_.position(vertex(x, y, z)));
-                if (x == kCubes || y == kCubes || z == kCubes) continue;
-                lo.push_back(field_.position(vertex(x, y, z)));
-                hi.push_back(field_.position(vertex(x + 1, y + 1, z + 1)));
-            }
-        }
+    std::array<const float*, 3> sides{};
+    for (int a = 0; a < 3; ++a) {
+        const auto axis = static_cast<size_t>(a);
+        sides[axis] = &edges_[axis][static_cast<size_t>(lowest[a] / kCube)];
+    }
+    points.resize(125);
+    lo.resize(kMostBlockCubes);
+    hi.resize(kMostBlockCubes);
+    for (size_t i = 0; i < points.size(); ++i)
+        points.set(i, {sides[0][i % 5], sides[1][i / 5 % 5], sides[2][i / 25]});
+    for (size_t i = 0; i < kMostBlockCubes; ++i) {
+        const size_t x = i % 4, y = i / 4 % 4, z = i / 16;
+        lo.set(i, {sides[0][x], sides[1][y], sides[2][z]});
+        hi.set(i, {sides[0][x + 1], sides[1][y + 1], sides[2][z + 1]});
     }
     ShapeCalls* calls = field_.take();
     std::vector<float> values, value_lo, value_hi, beside;
@@ -147,40 +148,31 @@ void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) 
     if (*possible == 0) *possible = ~uint64_t{0};
 }
 
-void ShapeNear::add_block(size_t block, const Box3f& whole, Tools* tools, float* nearest2) const {
-    const Vec3i& lowest = blocks_[block];
-    const Vec3i first{lowest.x / kCube, lowest.y / kCube, lowest.z / kCube};
-    // Squares of distances are sums over the axes, of four stretches each. No cube is nearer than the block is.
-    float least[3][kCubes], most[3][kCubes], block2 = 0;
+void ShapeNear::add_block(size_t number, const Box3f& whole, Tools* tools, float* nearest2) const {
+    const Vec3i& lowest = blocks_[number];
+    NearBlock block;
+    float block2 = 0;  // no cube is nearer than the block is
     for (int a = 0; a < 3; ++a) {
-        const float* sides = &edges_[static_cast<size_t>(a)][static_cast<size_t>(first[a])];
+        const auto axis = static_cast<size_t>(a);
+        block.first[axis] = lowest[a] / kCube;
+        const float* const sides = &edges_[axis][static_cast<size_t>(block.first[axis])];
+        block.sides[axis] = sides;
         block2 += gap2(whole.lo[a], whole.hi[a], sides[0], sides[kCubes]);
-        for (int k = 0; k < kCubes; ++k) {
-            least[a][k] = gap2(whole.lo[a], whole.hi[a], sides[k], sides[k + 1]);
-            most[a][k] = most2(whole.lo[a], whole.hi[a], sides[k], sides[k + 1]);
-        }
     }
     if (block2 > *nearest2) return;
-    Masks& masks = masks_[block];
-    uint64_t possible = masks.possible.load(std::memory_order_acquire), certain;
-    if (possible != 0) {
-        certain = masks.certain.load(std::memory_order_relaxed);
+    Masks& masks = masks_[number];
+    block.possible = masks.possible.load(std::memory_order_acquire);
+    if (block.possible != 0) {
+        block.certain = masks.certain.load(std::memory_order_relaxed);
     } else {
-        find_masks(block, &possible, &certain);
-        masks.certain.store(certain, std::memory_order_relaxed);
-        masks.possible.store(possible, std::memory_order_release);
+        find_masks(number, &block.possible, &block.certain);
+        masks.certain.store(block.certain, std::memory_order_relaxed);
+        masks.possible.store(block.possible, std::memory_order_release);
     }
-    for (uint64_t left = possible; left != 0; left &= left - 1) {
-        const auto bit = std::countr_zero(left);
-        const Vec3i in{bit % 4, bit / 4 % 4, bit / 16};
-        const NearCube cube{{first.x + in.x, first.y + in.y, first.z + in.z},
-                            least[0][in.x] + least[1][in.y] + least[2][in.z],
-                            (certain >> bit & 1) != 0};
-        if (cube.low2 > *nearest2) continue;
-        if (cube.certain)
-            *nearest2 = std::min(*nearest2, most[0][in.x] + most[1][in.y] + most[2][in.z]);
-        tools->cubes_.push_back(cube);
-    }
+    std::vector<NearCube>& cubes = tools->cubes_;
+    const size_t before = cubes.size();
+    cubes.resize(before + kMostBlockCubes);
+    cubes.resize(before + kernels_.add(block, whole, nearest2, cubes.data() + before));
 }
 
 /// Adds the blocks x0 … x1, both included, of a row.
@@ -289,7 +281,7 @@ void ShapeNear::bound_boxes(std::span<const Box3f> boxes, float seen2, float nea
         to.high2[b] = kInfinity;
     }
     for (size_t b = 0; b < end; b += kNearLanes)
-        take_(lattice, cubes, static_cast<size_t>(close - cubes.begin()), b, &to);
+        kernels_.take(lattice, cubes, static_cast<size_t>(close - cubes.begin()), b, &to);
 }
 
 }  // namespace openfab::solid

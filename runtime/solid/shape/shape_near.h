@@ -63,7 +63,7 @@ class ShapeNear {
     std::vector<size_t> rows_;  ///< [z][y]: the first block of the row, and one more
     std::unique_ptr<Masks[]> masks_;
     std::array<std::vector<float>, 3> edges_;  ///< by axis: coordinates of the cubes' sides
-    TakeCubes take_;
+    NearKernels kernels_;
     float block_mm_;
     float largest_ = 0;  ///< coordinate
 };

@@ -1,7 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Bounds of 32 boxes by cubes of a lattice, against each box and each cube alone; all instruction sets.
+// Bounds of 32 boxes by cubes of a lattice, and which cubes of a block are near, against each box and each cube alone; all
+// instruction sets.
 
 #include "runtime/solid/shape/near_boxes.h"
 
@@ -72,8 +73,8 @@ Scene random_scene(std::mt19937* random) {
 }
 
 TEST(NearBoxes, AreThoseOfEachBoxAndEachCube) {
-    std::vector<TakeCubes> sets{take_cubes_sse41};
-    if (take_cubes() != take_cubes_sse41) sets.push_back(take_cubes());
+    std::vector<TakeCubes> sets{near_kernels_sse41().take};
+    if (near_kernels().take != sets[0]) sets.push_back(near_kernels().take);
     std::mt19937 random(39);
     for (int round = 0; round < 50; ++round) {
         const Scene scene = random_scene(&random);
@@ -100,6 +101,77 @@ TEST(NearBoxes, AreThoseOfEachBoxAndEachCube) {
             }
         }
     }
+}
+
+/// Of one cube of a block alone.
+float cube_distance2(const NearBlock& block, const Box3f& whole, const Vec3i& at, bool most) {
+    float sum = 0;
+    for (int a = 0; a < 3; ++a) {
+        const float* sides = &block.sides[static_cast<size_t>(a)][at[a]];
+        const float d = most ? std::max(whole.hi[a] - sides[0], sides[1] - whole.lo[a])
+                             : std::max({sides[0] - whole.hi[a], whole.lo[a] - sides[1], 0.0f});
+        sum += d * d;
+    }
+    return sum;
+}
+
+TEST(NearBoxes, CubesOfABlockAreThoseThatAreNeeded) {
+    std::vector<AddCubes> sets{near_kernels_sse41().add};
+    if (near_kernels().add != sets[0]) sets.push_back(near_kernels().add);
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> real(0, 1);
+    int left_out = 0, lowered = 0;
+    for (int round = 0; round < 300; ++round) {
+        std::array<std::vector<float>, 3> sides;
+        NearBlock block;
+        Box3f whole;
+        for (int a = 0; a < 3; ++a) {
+            auto& of = sides[static_cast<size_t>(a)];
+            for (int i = 0; i < 5; ++i)
+                of.push_back(0.3f * static_cast<float>(i) + 0.1f * real(random));
+            block.first[static_cast<size_t>(a)] = 4 * (a + round);
+            block.sides[static_cast<size_t>(a)] = of.data();
+            whole.lo[a] = 3 * real(random) - 1;
+            whole.hi[a] = whole.lo[a] + 0.3f * real(random);
+        }
+        block.possible = (uint64_t{random()} << 32 | random());
+        block.certain = block.possible & (uint64_t{random()} << 32 | random());
+        if (round % 7 == 0) block.certain = 0;
+        const float before = round % 3 == 0 ? kInfinity : 4 * real(random);
+        float nearest2 = before;
+        for (int bit = 0; bit < 64; ++bit) {
+            if ((block.certain >> bit & 1) != 0)
+                nearest2 = std::min(
+                    nearest2, cube_distance2(block, whole, {bit % 4, bit / 4 % 4, bit / 16}, true));
+        }
+        lowered += nearest2 < before ? 1 : 0;
+        std::vector<std::pair<int, float>> expected;
+        for (int bit = 0; bit < 64; ++bit) {
+            const float low2 =
+                cube_distance2(block, whole, {bit % 4, bit / 4 % 4, bit / 16}, false);
+            if ((block.possible >> bit & 1) != 0 && low2 <= nearest2)
+                expected.emplace_back(bit, low2);
+            else
+                ++left_out;
+        }
+        for (const AddCubes add : sets) {
+            std::array<NearCube, kMostBlockCubes> cubes{};
+            float found2 = before;
+            const size_t count = add(block, whole, &found2, cubes.data());
+            EXPECT_EQ(found2, nearest2);
+            ASSERT_EQ(count, expected.size());
+            for (size_t i = 0; i < count; ++i) {
+                const int bit = expected[i].first;
+                EXPECT_EQ(cubes[i].low2, expected[i].second);
+                EXPECT_EQ(cubes[i].at[0], block.first[0] + bit % 4);
+                EXPECT_EQ(cubes[i].at[1], block.first[1] + bit / 4 % 4);
+                EXPECT_EQ(cubes[i].at[2], block.first[2] + bit / 16);
+                EXPECT_EQ(cubes[i].certain, (block.certain >> bit & 1) != 0);
+            }
+        }
+    }
+    EXPECT_GT(left_out, 1000);
+    EXPECT_GT(lowered, 100);
 }
 
 }  // namespace
