@@ -6,12 +6,14 @@
 
 #include <algorithm>
 #include <bit>
+#include <ranges>
 #include <tuple>
 
 #include "base/check.h"
 #include "mesh/check/mesh_edges.h"
 #include "mesh/check/mesh_repair.h"
 #include "mesh/check/mesh_shells.h"
+#include "mesh/model/mesh_memory.h"
 #include "mesh/model/messages.h"
 
 namespace openfab::mesh {
@@ -282,6 +284,23 @@ EdgeCounts count_edges(const Mesh& mesh, const std::vector<Edge>& edges) {
     return counts;
 }
 
+void join_corners(MeshSource* source, int64_t memory_bytes) {
+    Mesh* mesh = &source->mesh;
+    const size_t corners = mesh->positions.size();
+    if (corners == 0 || corners != 3 * mesh->triangles.size() || !source->part_of_vertex.empty())
+        return;
+    const size_t table_bytes = 8 * std::bit_ceil(2 * corners + 1);
+    // Without the memory they stay as they are, and prepare_mesh joins them.
+    if (mesh_bytes(counts_of(*source)) + static_cast<int64_t>(table_bytes) > memory_bytes) return;
+    int32_t next = 0;
+    for (const std::array<int32_t, 3>& t : mesh->triangles) {
+        for (const int32_t v : t)
+            if (v != next++) return;
+    }
+    renumber(mesh, lowest_equal(mesh->positions, {}));
+    source->corners_joined = true;
+}
+
 Result<void> prepare_mesh(MeshSource* source, bool repair) {
     Mesh* mesh = &source->mesh;
     const MeshOrigin& origin = source->origin;
@@ -290,8 +309,13 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     }
     std::vector<Edge> edges = sorted_edges(*mesh);
     const EdgeCounts as_read = count_edges(*mesh, edges);
-    renumber(mesh, as_read.fine() ? std::vector<int32_t>()
-                                  : lowest_equal(mesh->positions, source->part_of_vertex));
+    // Corners that were joined may be equal only now, in millimetres.
+    const std::vector<int32_t> lowest = as_read.fine() && !source->corners_joined
+                                            ? std::vector<int32_t>()
+                                            : lowest_equal(mesh->positions, source->part_of_vertex);
+    const bool joins =
+        !std::ranges::equal(lowest, std::views::iota(0, static_cast<int32_t>(lowest.size())));
+    renumber(mesh, lowest);
     drop_equal_corners(source);
     // A mesh that was closed when read and lost no triangles is at most renumbered.
     EdgeCounts welded = as_read;
@@ -300,7 +324,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
         edges = sorted_edges(*mesh);
         welded = count_edges(*mesh, edges);
     };
-    if (!as_read.fine() || source->checks.equal_corners > 0) count_again();
+    if (joins || !as_read.fine() || source->checks.equal_corners > 0) count_again();
     if (!welded.fine()) {
         drop_duplicates(source);
         if (source->checks.duplicates > 0) count_again();
@@ -312,7 +336,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     if (!welded.fine()) {
         // Reports the variant, as read or welded, that is nearer to closed. In the former,
         // locations still have lines, unless triangles were dropped.
-        const bool keep = dropped || welded.bad() < as_read.bad();
+        const bool keep = dropped || source->corners_joined || welded.bad() < as_read.bad();
         source->checks.edges = keep ? welded : as_read;
         if (!repair) return not_closed(*source, source->checks.edges);
         if (Result<void> repaired = repair_mesh(source); !repaired) return repaired;

@@ -15,6 +15,11 @@ EdgeCounts count_edges(const Mesh& mesh);
 /// Same, with the mesh's sorted_edges.
 EdgeCounts count_edges(const Mesh& mesh, const std::vector<Edge>& edges);
 
+/// Joins the equal corners of a mesh that has three for each triangle, as files of STL do, so that what is done next takes a
+/// sixth of the vertices; leaves others, those of several parts, and those for which memory is short, as they are.
+/// prepare_mesh makes the same of both.
+void join_corners(MeshSource* source, int64_t memory_bytes);
+
 /// Prepares a mesh, now in millimetres, for printing, or reports why it cannot be printed, with
 /// counts and one location: vertices of equal positions and of the same part are welded if the mesh
 /// is open as it stands; triangles with two equal corners are dropped with a warning, and so are

@@ -388,6 +388,7 @@ std::vector<MeshSource> split_bodies(const MeshSource& source, const FoundBodies
         MeshSource& body = out[i];
         body.unit_mm = source.unit_mm;
         body.origin.file = source.origin.file;
+        body.corners_joined = source.corners_joined;
         std::vector<int32_t> used, groups_used;
         body.mesh.triangles.reserve(triangles[i].size());
         for (const int32_t t : triangles[i]) {

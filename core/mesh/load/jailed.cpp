@@ -88,6 +88,7 @@ void pass(JailLine* line, MeshSource* source) {
     pass(line, &source->looks);
     pass(line, &source->bodies);
     pass(line, &source->left_out);
+    pass(line, &source->corners_joined);
     if (!line->sends() && line->fine() && !makes_sense(*source)) line->fail();
 }
 

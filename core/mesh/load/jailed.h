@@ -33,6 +33,9 @@ Result<void> pictures_from_jail(const std::filesystem::path& file, int64_t memor
                                 size_t count, const TakePicture& take,
                                 const std::function<Result<void>(const TakePicture&)>& read);
 
+/// What is told of a file beside its mesh.
+void pass(JailLine* line, LeftOut* left_out);
+
 /// Returns whether all numbers of a mesh name what it has.
 bool makes_sense(const MeshSource& source);
 bool makes_sense(const Beams& beams);

@@ -13,6 +13,7 @@
 #include "base/json.h"
 #include "base/near_miss.h"
 #include "base/text.h"
+#include "mesh/check/mesh_check.h"
 #include "mesh/check/nesting.h"
 #include "mesh/load/bodies.h"
 #include "mesh/load/face_numbers.h"
@@ -96,7 +97,10 @@ struct ReadFile {
 
 Result<MeshSource> read_source(std::string_view bytes, const fs::path& file, int64_t memory_bytes) {
     const Format* format = find_format(file);
-    return format == nullptr ? no_format(file) : format->read(bytes, file.string(), memory_bytes);
+    if (format == nullptr) return no_format(file);
+    Result<MeshSource> read = format->read(bytes, file.string(), memory_bytes);
+    if (read) join_corners(&*read, memory_bytes);
+    return read;
 }
 
 ReadFile with_unit(MeshSource source, const MeshOptions& options) {

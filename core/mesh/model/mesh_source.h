@@ -76,6 +76,8 @@ struct MeshSource {
     std::vector<Look> looks;
     std::vector<Body> bodies;  ///< empty: one, without a name
     std::vector<LeftOut> left_out;
+    bool corners_joined =
+        false;  ///< by join_corners: the file has no vertices, but three a triangle
     MeshChecks checks;
 
     /// Tells that something is left out; the same `what` is told once and counted.

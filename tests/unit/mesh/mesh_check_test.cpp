@@ -164,6 +164,66 @@ TEST(MeshCheck, WeldsOnlyWithinAPart) {
     EXPECT_FALSE(prepare_mesh(&*std::make_unique<MeshSource>(source_of(soup))));
 }
 
+/// Of three corners a triangle: joined before and by prepare_mesh.
+TEST(MeshCheck, JoinedCornersGiveTheSameMesh) {
+    std::mt19937 random(5);
+    int closed = 0, refused = 0;
+    for (int i = 0; i < 400; ++i) {
+        // A box, or two that touch, or cross; with triangles missing, turned, repeated, and without area. Each number is
+        // one of single precision, as files have them.
+        Mesh whole = box({0, 0, 0}, 10);
+        if (i % 4 == 1) whole = joined({whole, box({10, 10, 0}, 10)});
+        if (i % 4 == 2) whole = joined({whole, box({4, 3, 2}, 10)});
+        const auto some = [&] { return random() % whole.triangles.size(); };
+        if (random() % 3 == 0)
+            whole.triangles.erase(whole.triangles.begin() + static_cast<std::ptrdiff_t>(some()));
+        if (random() % 3 == 0) std::swap(whole.triangles[some()][1], whole.triangles[0][2]);
+        if (random() % 3 == 0) whole.triangles.push_back(whole.triangles[some()]);
+        if (random() % 3 == 0) whole.triangles.push_back({1, 1, 2});
+        if (random() % 3 == 0) std::shuffle(whole.triangles.begin(), whole.triangles.end(), random);
+        Mesh soup;
+        MeshAttribute color{"color", false, 1, {0.25F, 0.5F, 0.75F}, {}, {}};
+        for (const auto& t : whole.triangles) {
+            const auto v = static_cast<int32_t>(soup.positions.size());
+            soup.triangles.push_back({v, v + 1, v + 2});
+            for (const int32_t corner : t) {
+                Vec3d p = whole.positions[corner];
+                // Equal, and no longer so: -0, and what a shift makes equal again.
+                if (p.x == 0 && random() % 4 == 0) p.x = -0.0;
+                if (p.y == 0 && random() % 20 == 0) p.y = 1e-30;
+                soup.positions.push_back(p);
+            }
+            color.corners.push_back({v % 3, v % 2, 0});
+        }
+        soup.attributes.push_back(color);
+        MeshSource plain = source_of(soup), early = source_of(soup), short_of_memory = early;
+        join_corners(&early, 1'000'000);
+        EXPECT_LT(early.mesh.positions.size(), soup.positions.size());
+        join_corners(&short_of_memory, 100);
+        EXPECT_EQ(short_of_memory.mesh.positions.size(), soup.positions.size());
+        const Vec3d shift{random() % 2 == 0 ? 0.0 : 3.0, random() % 2 == 0 ? 0.0 : 7.0, 0};
+        for (MeshSource* source : {&plain, &early}) {
+            for (Vec3d& p : source->mesh.positions)
+                p = p * 25.4 - shift;
+        }
+        const bool repair = random() % 2 == 0;
+        const Result<void> a = prepare_mesh(&plain, repair), b = prepare_mesh(&early, repair);
+        ASSERT_EQ(a.has_value(), b.has_value()) << i;
+        ++(a ? closed : refused);
+        EXPECT_EQ(a ? "" : a.error().text(), b ? "" : b.error().text()) << i;
+        EXPECT_EQ(plain.warnings, early.warnings) << i;
+        EXPECT_EQ(plain.mesh.triangles, early.mesh.triangles) << i;
+        EXPECT_EQ(plain.mesh.positions, early.mesh.positions) << i;
+        EXPECT_EQ(plain.mesh.attributes[0].corners, early.mesh.attributes[0].corners) << i;
+        EXPECT_EQ(plain.mesh.attributes[0].values, early.mesh.attributes[0].values) << i;
+        EXPECT_EQ(plain.checks.edges.bad(), early.checks.edges.bad()) << i;
+        EXPECT_EQ(plain.checks.edges.triangle, early.checks.edges.triangle) << i;
+        EXPECT_EQ(plain.checks.shells, early.checks.shells) << i;
+    }
+    EXPECT_GT(closed, 100);
+    EXPECT_GT(refused, 50);
+}
+
 TEST(MeshCheck, CountsTrianglesThatCross) {
     EXPECT_EQ(find_intersections(box({0, 0, 0}, 10)).pairs, 0);
     // Side by side, edge to edge, and on top of each other: only touching.
