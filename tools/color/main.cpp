@@ -33,6 +33,7 @@
 #include "tools/color/print_inks.h"
 #include "tools/color/printer_model.h"
 #include "tools/color/profile.h"
+#include "tools/texture/guarded.h"
 
 namespace openfab::color {
 
@@ -247,7 +248,10 @@ Result<void> run(Result<void> (*command)(const Arguments&), const Arguments& a) 
         Result<void> apart = program::check_outputs({{"-o", a.output}}, inputs);
         if (!apart) return apart;
     }
-    return command(a);
+    // Profiles, photographs and measurements may be anybody's.
+    const std::string& read = a.first.empty() ? a.table : a.first;
+    return tools::guarded(
+        kDefaultMemoryBytes, read, [&] { return command(a); }, a.output);
 }
 
 void add_chart(CLI::App& app, Action* action) {

@@ -303,6 +303,7 @@ Result<Archive> gather(const ArchiveArguments& arguments) {
     Result<std::vector<ArchivedFile>> attached = attach(arguments.attached);
     if (!attached) return attached.error();
     out.attached = std::move(*attached);
+    out.page_sha256 = hex_text(sha256(archive_page(out, "")));
     return out;
 }
 

@@ -59,6 +59,8 @@ struct Archive {
     std::vector<std::string> story;
     bool checked = false;  ///< `openfab check` found nothing before the print
     std::string person;    ///< who is responsible; may be empty
+    /// Of the page without the digest of archive.json, which it has in turn; empty in archives of before.
+    std::string page_sha256;
 };
 
 /// Returns archive.json, and reads it.
@@ -67,6 +69,9 @@ Result<Archive> parse_archive(const std::string& text, const std::string& name);
 
 /// Returns the page for people.
 std::string archive_page(const Archive& archive, const std::string& json_sha256);
+
+/// Returns whether a page is the one that was made with this archive.json.
+bool is_page_of(const Archive& archive, const std::string& json, std::string page);
 
 /// Unpacks an archive and makes its print again.
 Result<void> reprint_archive(const ArchiveArguments& arguments);

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -17,6 +18,7 @@
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/slice_digests.h"
 #include "base/input_file.h"
+#include "base/jail.h"
 #include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/say.h"
@@ -37,38 +39,48 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A package that is read, with the bytes that it lies in.
-struct OpenArchive {
-    std::unique_ptr<std::string> bytes;
-    mesh::ZipFile zip;
-    Archive archive;
+/// What is read of a package beside its files.
+struct ReadArchive {
+    std::string json;
+    std::string page;  ///< empty: there is none
 };
 
-Result<OpenArchive> open_archive(const std::string& file, int64_t memory_bytes) {
-    constexpr int64_t kLargestText = 256 << 20;
-    const Result<InputFile> opened = InputFile::open(file);
-    if (!opened) return with_context(opened.error(), file + ": ");
-    if (opened->bytes() > memory_bytes / 2)
-        return user_error(fmt::format(messages::kArchiveTakesTooMuch, file,
-                                      format_bytes(opened->bytes()), format_bytes(memory_bytes)));
-    Result<std::string> bytes = opened->read_all(memory_bytes / 2);
-    if (!bytes) return with_context(bytes.error(), file + ": ");
-    auto kept = std::make_unique<std::string>(std::move(*bytes));
-    Result<mesh::ZipFile> zip = mesh::ZipFile::open(*kept, file);
-    if (!zip) return zip.error();
-    const Result<std::string> text =
-        zip->read("archive.json", std::min(kLargestText, memory_bytes / 8));
-    if (!text) return text.error();
-    Result<Archive> archive = parse_archive(*text, file);
-    if (!archive) return archive.error();
-    return OpenArchive{std::move(kept), std::move(*zip), std::move(*archive)};
+void pass(JailLine* line, ReadArchive* read) {
+    pass(line, &read->json);
+    pass(line, &read->page);
+}
+
+/// Fails where the files are more than anybody's print has, or than there is room for.
+Result<void> check_room(const Archive& archive, const std::string& file, const fs::path& root) {
+    constexpr size_t kMostFiles = 100'000;
+    constexpr int64_t kMostBytes = int64_t{1} << 46;
+    if (archive.files.size() > kMostFiles)
+        return user_error(
+            fmt::format(messages::kArchiveOfManyFiles, file, archive.files.size(), kMostFiles));
+    std::set<std::string> entries;
+    int64_t bytes = 0;
+    for (const ArchivedFile& one : archive.files) {
+        // One that is unpacked many times would fill a disk.
+        if (!entries.insert(mesh::ZipFile::key(one.entry)).second)
+            return user_error(fmt::format(messages::kArchivedTwice, one.entry));
+        bytes = std::min(kMostBytes, bytes + std::min(kMostBytes, one.bytes));
+    }
+    std::error_code unknown;
+    const fs::space_info space = fs::space(root, unknown);
+    if (!unknown && static_cast<uintmax_t>(bytes) > space.available) {
+        return outside_error(fmt::format(messages::kNoRoomForArchive, file, format_bytes(bytes),
+                                         root.parent_path().string(),
+                                         format_bytes(static_cast<int64_t>(space.available))));
+    }
+    return {};
 }
 
 /// Writes the files below `root`, each of which must be what archive.json says.
-Result<void> unpack(const OpenArchive& open, const fs::path& root, int64_t memory_bytes) {
-    for (const ArchivedFile& file : open.archive.files) {
+Result<void> unpack(const mesh::ZipFile& zip, const Archive& archive, const fs::path& root,
+                    int64_t memory_bytes) {
+    for (const ArchivedFile& file : archive.files) {
         const Result<std::string> bytes =
-            open.zip.read(file.entry, std::min(file.bytes, memory_bytes / 2));
+            zip.read(file.entry, std::min(file.bytes, memory_bytes / 2));
         if (!bytes) return bytes.error();
         if (static_cast<int64_t>(bytes->size()) != file.bytes ||
             hex_text(sha256(*bytes)) != file.sha256)
@@ -89,6 +101,53 @@ Result<void> unpack(const OpenArchive& open, const fs::path& root, int64_t memor
         if (file.executable) ::chmod(to.c_str(), 0700);
     }
     return {};
+}
+
+/// Reads an archive, and unpacks its files below `root`.
+Result<ReadArchive> read_archive(const std::string& file, const fs::path& root,
+                                 int64_t memory_bytes) {
+    constexpr int64_t kLargestText = 256 << 20;
+    const int64_t most_text = std::min(kLargestText, memory_bytes / 8);
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return with_context(opened.error(), file + ": ");
+    if (opened->bytes() > memory_bytes / 2)
+        return user_error(fmt::format(messages::kArchiveTakesTooMuch, file,
+                                      format_bytes(opened->bytes()), format_bytes(memory_bytes)));
+    const Result<std::string> bytes = opened->read_all(memory_bytes / 2);
+    if (!bytes) return with_context(bytes.error(), file + ": ");
+    const Result<mesh::ZipFile> zip = mesh::ZipFile::open(*bytes, file);
+    if (!zip) return zip.error();
+    ReadArchive out;
+    Result<std::string> text = zip->read("archive.json", most_text);
+    if (!text) return text.error();
+    out.json = std::move(*text);
+    if (zip->has("record.html")) {
+        Result<std::string> page = zip->read("record.html", most_text);
+        if (!page) return page.error();
+        out.page = std::move(*page);
+    }
+    const Result<Archive> archive = parse_archive(out.json, file);
+    if (!archive) return archive.error();
+    if (Result<void> room = check_room(*archive, file, root); !room) return room.error();
+    if (Result<void> unpacked = unpack(*zip, *archive, root, memory_bytes); !unpacked)
+        return unpacked.error();
+    return out;
+}
+
+/// Same in a jail (base/jail.h), since an archive may come from a stranger.
+Result<Archive> open_archive(const std::string& file, const fs::path& root, int64_t memory_bytes) {
+    JailLimits limits;
+    limits.memory_bytes = memory_bytes;
+    limits.converts = true;
+    limits.reads = {without_links(file), without_links(root)};
+    limits.writes = {without_links(root)};
+    const Result<ReadArchive> read = read_in_jail<ReadArchive>(
+        file, limits, [&] { return read_archive(file, root, memory_bytes); });
+    if (!read) return read.error();
+    Result<Archive> archive = parse_archive(read->json, file);
+    if (archive && !archive->page_sha256.empty() && !is_page_of(*archive, read->json, read->page))
+        warn(fmt::format(messages::kRecordPageChanged, file));
+    return archive;
 }
 
 /// Returns whether a command's program is there: one of the archive, or one along the PATH.
@@ -204,14 +263,12 @@ Result<void> reprint_archive(const ArchiveArguments& arguments) {
     std::error_code status;
     if (fs::equivalent(arguments.file, arguments.output, status))
         return user_error(fmt::format(messages::kArchiveOverInput, arguments.output));
-    Result<OpenArchive> open = open_archive(arguments.file, *memory);
-    if (!open) return open.error();
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
     const fs::path root = (*folder)->path();
-    if (Result<void> unpacked = unpack(*open, root, *memory); !unpacked) return unpacked;
-    const Archive archive = std::move(open->archive);
-    open->bytes.reset();
+    const Result<Archive> opened = open_archive(arguments.file, root, *memory);
+    if (!opened) return opened.error();
+    const Archive& archive = *opened;
     const Result<std::vector<std::string>> words = print_words(archive, root, arguments);
     if (!words) return words.error();
     const fs::path world_folder = fs::path(words->back()).parent_path();

@@ -7,6 +7,7 @@
 
 #include "backends/common/xml_text.h"
 #include "base/json_text.h"
+#include "base/sha256.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "tools/openfab/archive.h"
@@ -166,6 +167,7 @@ std::string archive_json(const Archive& archive) {
         out.end_array();
     }
     out.end_array().member("checked", archive.checked).member("operator", archive.person);
+    out.member("page_sha256", archive.page_sha256);
     out.key("story").begin_array();
     for (const std::string& line : archive.story)
         out.value(line);
@@ -190,6 +192,8 @@ Result<Archive> parse_archive(const std::string& text, const std::string& name) 
     out.folder = in.text("folder");
     out.checked = in.truth("checked");
     out.person = in.text("operator");
+    if (root->is(JsonValue::Kind::kObject) && member_of(*root, "page_sha256") != nullptr)
+        out.page_sha256 = in.text("page_sha256");
     if (const JsonValue* printer = in.member("printer", JsonValue::Kind::kObject)) {
         Members of(*printer);
         out.printer = of.text("name");
@@ -257,6 +261,14 @@ std::string archive_page(const Archive& archive, const std::string& json_sha256)
         "<tr><th>signature</th><td class=\"line\"></td></tr>\n</table>\n</body>\n</html>\n",
         json_sha256, escaped(archive.person));
     return out;
+}
+
+bool is_page_of(const Archive& archive, const std::string& json, std::string page) {
+    const std::string digest = hex_text(sha256(json));
+    const size_t at = page.find(digest);
+    if (at == std::string::npos) return false;
+    page.erase(at, digest.size());
+    return hex_text(sha256(page)) == archive.page_sha256;
 }
 
 }  // namespace openfab::tools

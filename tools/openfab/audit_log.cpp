@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -33,9 +34,15 @@ std::string utc_now() {
 Result<std::unique_ptr<AuditLog>> AuditLog::open(const std::string& file) {
     constexpr mode_t kMine = 0600;
     const int descriptor =
-        ::open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMine);
+        ::open(file.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMine);
     if (descriptor < 0)
         return outside_error(fmt::format(messages::kCannotWrite, file, system_reason(errno)));
+    // What is added after a line that a power failure tore begins one of its own.
+    struct stat status {};
+    char last = '\n';
+    if (::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > 0 &&
+        ::pread(descriptor, &last, 1, status.st_size - 1) == 1 && last != '\n')
+        (void)::write(descriptor, "\n", 1);
     return std::unique_ptr<AuditLog>(new AuditLog(descriptor, file));
 }
 

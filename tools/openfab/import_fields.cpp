@@ -18,6 +18,64 @@
 
 namespace openfab::tools {
 
+// What is read of a 3MF comes out of a jail (base/jail.h); of each type one function for both ends.
+
+void pass(JailLine* line, FieldMaterial* material) {
+    pass(line, &material->uniform);
+    pass(line, &material->name);
+    pass(line, &material->color);
+}
+
+void pass(JailLine* line, FieldImage* image) {
+    pass(line, &image->uniform);
+    pass(line, &image->image);
+    pass(line, &image->sheets);
+    pass(line, &image->size);
+    pass(line, &image->repeats);
+    pass(line, &image->nearest);
+}
+
+void pass(JailLine* line, FieldMap* map) {
+    pass(line, &map->uniform);
+    pass(line, &map->source);
+    pass(line, &map->wrap);
+    pass(line, &map->nearest);
+    for (const mesh::PictureWrap wrap : map->wrap)
+        if (wrap < mesh::PictureWrap{} || wrap > mesh::PictureWrap::kNone) line->fail();
+}
+
+void pass(JailLine* line, FieldMesh* mesh) {
+    pass(line, &mesh->uniform);
+    pass(line, &mesh->name);
+    pass(line, &mesh->obj);
+    pass(line, &mesh->is_beams);
+}
+
+void pass(JailLine* line, FieldFablet* fablet) {
+    pass(line, &fablet->name);
+    pass(line, &fablet->fablet);
+    pass(line, &fablet->source);
+    pass(line, &fablet->box_mm);
+    pass(line, &fablet->meshes);
+    pass(line, &fablet->materials);
+    pass(line, &fablet->inks);
+    pass(line, &fablet->images);
+    pass(line, &fablet->maps);
+    pass(line, &fablet->most_displacement_mm);
+    pass(line, &fablet->notes);
+}
+
+void pass(JailLine* line, ImportedFields* fields) {
+    pass(line, &fields->level_sets);
+    pass(line, &fields->volumes);
+    pass(line, &fields->volume_of);
+    pass(line, &fields->has_meshes);
+    pass(line, &fields->unit_mm);
+    pass(line, &fields->left_out);
+    for (const int32_t volume : fields->volume_of)
+        if (volume < -1 || volume >= static_cast<int64_t>(fields->volumes.size())) line->fail();
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -59,38 +117,17 @@ Box3d box_of(const mesh::ThreemfObject& mesh, const Affine3d& map) {
     return box;
 }
 
-}  // namespace
-
-void ImportedFields::add_sources(std::set<std::string>* sources) const {
-    for (const auto* list : {&level_sets, &volumes}) {
-        for (const FieldFablet& field : *list) {
-            for (const FieldImage& image : field.images)
-                sources->insert(image.sheets.begin(), image.sheets.end());
-            for (const FieldMap& map : field.maps)
-                sources->insert(map.source);
-        }
-    }
-}
-
-Result<ImportedFields> load_fields(const fs::path& file, const mesh::MeshOptions& options,
+/// Reads the functions of a file, and writes their fablets.
+Result<ImportedFields> read_fields(const fs::path& file, const mesh::MeshOptions& options,
                                    const mesh::LoadedBodies* bodies) {
-    ImportedFields out;
-    if (lower_ascii(file.extension().string()) != ".3mf") return out;
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return with_context(opened.error(), file.string() + ": ");
     const Result<std::string> bytes = opened->read_all(options.memory_bytes);
     if (!bytes) return with_context(bytes.error(), file.string() + ": ");
-    // Functions are not handed over a line: they are read here, too, after a reader in a jail came to its end.
-    const Result<bool> tried = read_in_jail<bool>(
-        file, mesh::reading_limits(file, options.memory_bytes), [&]() -> Result<bool> {
-            const Result<mesh::ReadThreemfShapes> first = mesh::parse_threemf_shapes(
-                *bytes, file.string(), options.memory_bytes - static_cast<int64_t>(bytes->size()));
-            return first ? Result<bool>(true) : first.error();
-        });
-    if (!tried) return tried.error();
     Result<mesh::ReadThreemfShapes> read = mesh::parse_threemf_shapes(
         *bytes, file.string(), options.memory_bytes - static_cast<int64_t>(bytes->size()));
     if (!read) return read.error();
+    ImportedFields out;
     out.has_meshes = read->has_meshes;
     out.unit_mm = options.unit_mm.value_or(read->root->unit_mm);
     out.left_out = std::move(read->left_out);
@@ -148,6 +185,26 @@ Result<ImportedFields> load_fields(const fs::path& file, const mesh::MeshOptions
                                     messages::kFieldsOfSeveralBodiesHelp, 1});
     }
     return out;
+}
+
+}  // namespace
+
+void ImportedFields::add_sources(std::set<std::string>* sources) const {
+    for (const auto* list : {&level_sets, &volumes}) {
+        for (const FieldFablet& field : *list) {
+            for (const FieldImage& image : field.images)
+                sources->insert(image.sheets.begin(), image.sheets.end());
+            for (const FieldMap& map : field.maps)
+                sources->insert(map.source);
+        }
+    }
+}
+
+Result<ImportedFields> load_fields(const fs::path& file, const mesh::MeshOptions& options,
+                                   const mesh::LoadedBodies* bodies) {
+    if (lower_ascii(file.extension().string()) != ".3mf") return ImportedFields();
+    return read_in_jail<ImportedFields>(file, mesh::reading_limits(file, options.memory_bytes),
+                                        [&] { return read_fields(file, options, bodies); });
 }
 
 void without_fields(std::vector<mesh::LeftOut>* left_out) {

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <string>
 
 #include "base/clean_exit.h"
@@ -17,8 +18,12 @@
 #include "tools/step/messages.h"
 #include "tools/step/solids_package.h"
 #include "tools/step/step_solids.h"
+#include "tools/texture/guarded.h"
 
 namespace {
+
+/// As much as meshes may take by default.
+constexpr int64_t kMemoryBytes = 8'000'000'000;
 
 int step_main(int argc, char** argv) {
     using openfab::Result;
@@ -38,11 +43,17 @@ int step_main(int argc, char** argv) {
             mm = *length;
         }
         if (!(mm > 0)) return openfab::usage_error(openfab::tools::messages::kToleranceAboveZero);
-        const Result<openfab::tools::StepFile> solids = openfab::tools::read_step(input, mm);
-        if (!solids) return solids.error();
-        for (const std::string& text : solids->notes)
-            openfab::note(text);
-        return openfab::tools::write_solids(*solids, output);
+        return openfab::tools::guarded(
+            kMemoryBytes, input,
+            [&]() -> Result<void> {
+                const Result<openfab::tools::StepFile> solids =
+                    openfab::tools::read_step(input, mm);
+                if (!solids) return solids.error();
+                for (const std::string& text : solids->notes)
+                    openfab::note(text);
+                return openfab::tools::write_solids(*solids, output);
+            },
+            output);
     });
 }
 

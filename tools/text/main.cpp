@@ -17,6 +17,7 @@
 #include "base/units.h"
 #include "tools/text/messages.h"
 #include "tools/text/text_shapes.h"
+#include "tools/texture/guarded.h"
 
 namespace openfab::text {
 namespace {
@@ -96,7 +97,11 @@ int text_main(int argc, char** argv) {
         ->check(CLI::Range(1.0, 100000.0));
     app.add_option("--margin", a.margin, "around the picture's text (default: none)")
         ->type_name("LENGTH");
-    return run_command_line(&app, argc, argv, "openfab text", [&] { return run(a); });
+    // The font may be anybody's.
+    return run_command_line(&app, argc, argv, "openfab text", [&] {
+        return tools::guarded(
+            kDefaultMemoryBytes, a.font, [&] { return run(a); }, a.output);
+    });
 }
 
 }  // namespace

@@ -22,9 +22,21 @@ Result<void> guarded(int64_t memory_bytes, const std::filesystem::path& file,
     limits.converts = true;
     std::error_code none;
     limits.writes = {std::filesystem::temp_directory_path(none)};
-    if (!output.empty()) limits.writes.push_back(without_links(output).parent_path());
+    if (!output.empty()) {
+        // The deepest folder that is there: those below it are made.
+        std::filesystem::path folder = without_links(output).parent_path();
+        while (folder.has_relative_path() && !std::filesystem::is_directory(folder, none))
+            folder = folder.parent_path();
+        limits.writes.push_back(folder);
+    }
+    // What the child shows is written before it ends, and nothing twice.
+    (void)written_out();
+    const auto whole = [&]() -> Result<void> {
+        Result<void> made = make();
+        return made ? written_out() : made;
+    };
     return run_in_jail(
-        file, limits, make, [](JailLine*) {}, [](JailLine*) { return true; });
+        file, limits, whole, [](JailLine*) {}, [](JailLine*) { return true; });
 }
 
 void tell(const std::string& message) {

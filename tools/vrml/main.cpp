@@ -6,6 +6,7 @@
 // strangers.
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -13,10 +14,14 @@
 #include "base/command_line.h"
 #include "base/run_main.h"
 #include "base/say.h"
+#include "tools/texture/guarded.h"
 #include "tools/vrml/scene.h"
 #include "tools/vrml/wavefront.h"
 
 namespace {
+
+/// As much as meshes may take by default.
+constexpr int64_t kMemoryBytes = 8'000'000'000;
 
 int vrml_main(int argc, char** argv) {
     using openfab::Result;
@@ -28,12 +33,17 @@ int vrml_main(int argc, char** argv) {
     app.add_option("FILE", input, "a .wrl or .vrml file")->required();
     app.add_option("-o,--output", output, "the .obj file")->required();
     return openfab::run_command_line(&app, argc, argv, "openfab-vrml", [&]() -> Result<void> {
-        const Result<openfab::tools::Scene> scene = openfab::tools::read_scene(input);
-        if (!scene) return scene.error();
-        for (const std::string& text : scene->notes)
-            openfab::note(text);
-        return openfab::tools::write_wavefront(*scene, std::filesystem::path(input).parent_path(),
-                                               output);
+        return openfab::tools::guarded(
+            kMemoryBytes, input,
+            [&]() -> Result<void> {
+                const Result<openfab::tools::Scene> scene = openfab::tools::read_scene(input);
+                if (!scene) return scene.error();
+                for (const std::string& text : scene->notes)
+                    openfab::note(text);
+                return openfab::tools::write_wavefront(
+                    *scene, std::filesystem::path(input).parent_path(), output);
+            },
+            output);
     });
 }
 

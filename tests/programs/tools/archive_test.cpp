@@ -10,6 +10,7 @@
 #include "backends/common/package.h"
 #include "base/json_text.h"
 #include "base/sha256.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/zip_file.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/says/says.h"
@@ -358,6 +359,93 @@ TEST_F(ArchiveCommand, SaysWhatDiffers) {
     outcome = with("openfab.archive", "openfab.archive");
     EXPECT_THAT(outcome.err, Says(says_of::kArchivedFileDiffers, "data/block.obj"));
     EXPECT_EQ(outcome.exit_code, 1);
+}
+
+/// The page that a person signs: who reprints is told that it is not the one that was made.
+TEST_F(ArchiveCommand, TellsWhereTheRecordWasChanged) {
+    write_world({"mesh"});
+    ASSERT_EQ(print_all("a.ofr").exit_code, 0);
+    ASSERT_EQ(archive({path("a.ofr"), "-o", path("a.zip"), "--operator", "A. Lovelace"}).exit_code,
+              0);
+    const std::string bytes = read_file(path("a.zip"));
+    const Result<mesh::ZipFile> zip = mesh::ZipFile::open(bytes, "a.zip");
+    ASSERT_TRUE(zip);
+    const auto reprint = [&](const std::function<void(std::string*)>& change) {
+        std::vector<std::pair<std::string, std::string>> entries;
+        for (const std::string& name : zip->names()) {
+            std::string text = *zip->read(name);
+            if (name == "record.html") change(&text);
+            if (!text.empty()) entries.emplace_back(name, text);
+        }
+        write_zip("b.zip", entries);
+        const Outcome outcome = archive({"--reprint", path("b.zip"), "-o", path("b.ofr")});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome.err;
+    };
+    const auto said = Says(says_of::kRecordPageChanged, "*");
+    EXPECT_THAT(reprint([](std::string*) {}), Not(said));
+    EXPECT_THAT(reprint([](std::string* page) {
+                    page->replace(page->find("A. Lovelace"), 11, "C. Babbage ");
+                }),
+                said);
+    // Digests are letters, too.
+    const std::string digest = hex_text(sha256(*zip->read("archive.json")));
+    EXPECT_THAT(reprint([&](std::string* page) {
+                    page->replace(page->find(digest), digest.size(), std::string(64, '0'));
+                }),
+                said);
+    EXPECT_THAT(reprint([](std::string* page) { page->clear(); }), said) << "it is taken out";
+}
+
+/// What a stranger's archive may unpack to.
+TEST_F(ArchiveCommand, RefusesWhatExpandsWithoutEnd) {
+    write_world({"mesh"});
+    ASSERT_EQ(print_all("a.ofr").exit_code, 0);
+    ASSERT_EQ(archive({path("a.ofr"), "-o", path("a.zip")}).exit_code, 0);
+    const std::string bytes = read_file(path("a.zip"));
+    const Result<mesh::ZipFile> zip = mesh::ZipFile::open(bytes, "a.zip");
+    ASSERT_TRUE(zip);
+    const auto reprint = [&](const std::string& rows, const std::string& name,
+                             const std::string& content) {
+        std::vector<std::pair<std::string, std::string>> entries;
+        for (const std::string& each : zip->names()) {
+            std::string text = *zip->read(each);
+            if (each == "archive.json") text.insert(text.find("\"files\":[") + 9, rows);
+            entries.emplace_back(each, text);
+        }
+        if (!name.empty()) entries.emplace_back(name, content);
+        write_zip("b.zip", entries);
+        const Outcome outcome = archive({"--reprint", path("b.zip"), "-o", path("b.ofr")});
+        EXPECT_FALSE(fs::exists(path("b.ofr")));
+        return outcome;
+    };
+    const auto row = [](const std::string& entry, const std::string& file, int64_t size) {
+        return fmt::format(
+            R"({{"entry":"{}","path":"{}","bytes":{},"sha256":"{}","executable":false}},)", entry,
+            file, size, std::string(64, '0'));
+    };
+    // Zeros, two thousand times as small.
+    const std::string zeros(200'000'000, '\0');
+    Outcome outcome = reprint(row("files/zeros", "zeros", 200'000'000), "files/zeros", zeros);
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.err, Says(mesh::messages::kEntryUnpacksTooFar, "*"));
+    // One entry as many files, and very many files.
+    std::string rows;
+    for (int i = 0; i < 3; ++i)
+        rows += row("files/zeros", fmt::format("{}", i), 1000);
+    outcome = reprint(rows, "files/zeros", std::string(1000, '\0'));
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.err, Says(says_of::kArchivedTwice, "files/zeros"));
+    rows.clear();
+    for (int i = 0; i < 100'000; ++i)
+        rows += row(fmt::format("files/{}", i), fmt::format("{}", i), 0);
+    outcome = reprint(rows, "", "");
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_THAT(outcome.err, Says(says_of::kArchiveOfManyFiles, "*", "*", "*"));
+    // More than any disk has.
+    outcome = reprint(row("files/x", "x", 8'000'000'000'000'000), "files/x", "x");
+    EXPECT_EQ(outcome.exit_code, 3);
+    EXPECT_THAT(outcome.err, Says(says_of::kNoRoomForArchive, "*", "*", "*", "*"));
 }
 
 /// Else an archive refuses prints with a new option, or keeps what it should not.
