@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <system_error>
@@ -81,20 +82,22 @@ class StlWriter final : public MeshWriter {
                                            static_cast<uint32_t>(file.triangles));
             put_stl_digest(file.hash.value(), &header);
             if (Result<void> put = (*out)->overwrite(0, header); !put) return put;
+            if (Result<void> synced = file.part->sync(); !synced) return synced;
         }
-        bool any = false;
-        for (size_t m = 0; m < files_.size(); ++m) {
-            if (files_[m].part != nullptr) {
-                any = true;
-                if (Result<void> kept = files_[m].part->keep(); !kept) return kept;
-            }
-        }
+        const bool any = std::any_of(files_.begin(), files_.end(),
+                                     [](const File& file) { return file.part != nullptr; });
         if (!any) return user_error(messages::kNothingPrinted);
-        // Remove files of an earlier print for materials that this one lacks.
+        // Those of an earlier print go first, and are gone on the disk, too: a power failure leaves no files of two
+        // prints, and none of a material that this one lacks.
+        bool removed = false;
         for (size_t m = 0; m < files_.size(); ++m) {
             std::error_code ignored;
-            if (files_[m].part == nullptr)
-                std::filesystem::remove(stl_path(path_, info_, m), ignored);
+            removed |= std::filesystem::remove(stl_path(path_, info_, m), ignored);
+        }
+        if (removed) backends::sync_folder(path_.parent_path());
+        for (File& file : files_) {
+            if (file.part == nullptr) continue;
+            if (Result<void> kept = file.part->keep(); !kept) return kept;
         }
         return {};
     }

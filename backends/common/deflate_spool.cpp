@@ -67,10 +67,15 @@ std::vector<uint8_t> deflate_text(std::string_view text, bool last, TextSum* sum
 }
 
 Result<std::unique_ptr<DeflateSpool>> DeflateSpool::create(const std::filesystem::path& folder) {
-    std::string name = (folder / ".openfab-mesh-XXXXXX").string();
-    const int fd = ::mkostemp(name.data(), O_CLOEXEC);
-    if (fd < 0) return spool_error("create", folder.string(), errno);
-    ::unlink(name.c_str());
+    // Without a name, where file systems can: then a power failure cannot bring it back.
+    constexpr mode_t kMine = 0600;
+    int fd = ::open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, kMine);
+    if (fd < 0) {
+        std::string name = (folder / ".openfab-mesh-XXXXXX").string();
+        fd = ::mkostemp(name.data(), O_CLOEXEC);
+        if (fd < 0) return spool_error("create", folder.string(), errno);
+        ::unlink(name.c_str());
+    }
     std::unique_ptr<DeflateSpool> spool(new DeflateSpool(fd, folder.string()));
     if (!start(&spool->stream_)) return outside_error(messages::kOutOfMemory);
     spool->buffer_.resize(kBuffer);

@@ -149,6 +149,14 @@ Result<void> OutputFile::close(bool sync) {
     return {};
 }
 
+void sync_folder(const std::filesystem::path& folder) {
+    const int fd =
+        ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0) return;
+    (void)::fsync(fd);
+    ::close(fd);
+}
+
 Result<void> write_whole_file(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
     struct stat there {};
     const bool special =

@@ -56,6 +56,9 @@ class OutputFile {
     std::string name_;
 };
 
+/// Syncs the names in a folder to the disk, as far as its file system can; empty: the current one.
+void sync_folder(const std::filesystem::path& folder);
+
 /// Writes a whole file under a temporary name beside `path` and renames it, so that the file is
 /// never partial. It is not synced. Pipes and devices are written directly.
 Result<void> write_whole_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);

@@ -53,9 +53,13 @@ Result<OutputFile*> PartFile::flushed() {
     return &file_;
 }
 
-Result<void> PartFile::keep() {
+Result<void> PartFile::sync() {
     if (Result<OutputFile*> file = flushed(); !file) return file.error();
-    if (Result<void> synced = file_.sync(); !synced) return synced;
+    return file_.sync();
+}
+
+Result<void> PartFile::keep() {
+    if (Result<void> synced = sync(); !synced) return synced;
     // Renamed before the lock is released, so that no other process truncates it in between.
     std::error_code code;
     std::filesystem::rename(temporary_path(), path_, code);

@@ -26,6 +26,8 @@ class PartFile {
     Result<void> write(std::span<const uint8_t> bytes);
     /// Flushes the buffer and returns the file.
     Result<OutputFile*> flushed();
+    /// Flushes the buffer, and syncs the file to the disk.
+    Result<void> sync();
     /// Syncs the file and renames it to `path`, replacing an earlier one.
     Result<void> keep();
     const std::filesystem::path& path() const { return path_; }

@@ -203,7 +203,7 @@ Result<void> check_pyramid_file(const InputFile& file) {
     for (int64_t at = 0;;) {
         const Result<size_t> got = file.read(at, buffer.data(), buffer.size());
         if (!got) return with_context(got.error(), messages::kCannotBeRead);
-        if (*got == 0) break;
+        if (*got == 0 && at > 0) break;
         if (at == 0) {
             if (*got < sizeof header) return user_error(messages::kPyramidTooShort);
             std::memcpy(&header, buffer.data(), sizeof header);

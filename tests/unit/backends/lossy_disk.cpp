@@ -4,7 +4,9 @@
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,7 +23,8 @@ namespace fs = std::filesystem;
 
 LossyDisk* recorder = nullptr;
 fs::path recorded;
-std::map<int, int> open_files;  ///< descriptors, and the files that they are of
+std::map<int, int> open_files;     ///< descriptors, and the files that they are of
+std::map<int, fs::path> mappings;  ///< of files, which may have been written through one
 
 template <typename Function>
 Function* real(const char* name) {
@@ -58,6 +61,15 @@ void note_write(int fd, int64_t at, const void* data, ssize_t n) {
                    std::string(static_cast<const char*>(data), static_cast<size_t>(n))});
 }
 
+/// What was written through mappings is written now, as far as a recorder can see.
+void note_mappings() {
+    for (const auto& [file, path] : mappings) {
+        std::ifstream in(path, std::ios::binary);
+        if (in) recorder->mapped(file, {std::istreambuf_iterator<char>(in), {}});
+    }
+    mappings.clear();
+}
+
 bool exists(int folder, const char* path) {
     struct stat there {};
     return ::fstatat(folder, path, &there, AT_SYMLINK_NOFOLLOW) == 0;
@@ -82,6 +94,7 @@ LossyDisk::LossyDisk(const fs::path& folder) {
     names_ = before_.names;
     recorded = folder;
     open_files.clear();
+    mappings.clear();
     recorder = this;
 }
 
@@ -110,6 +123,10 @@ void LossyDisk::rename(const std::string& from, const std::string& to) {
     names_[to] = names_.at(from);
     names_.erase(from);
     add({Step::Kind::kRename, names_[to], from, to, 0, {}});
+}
+
+void LossyDisk::mapped(int file, const std::string& bytes) {
+    add({Step::Kind::kWrite, file, {}, {}, 0, bytes});
 }
 
 void LossyDisk::remove(const std::string& name) {
@@ -143,11 +160,12 @@ Files LossyDisk::after_loss(size_t moment, std::mt19937* random) const {
                s.kind == Step::Kind::kRemove;
     };
     // The last sync of all that a name or a file was part of.
-    size_t synced = 0;
+    size_t synced = 0, names_synced = 0;
     std::map<int, size_t> file_synced;
     for (size_t i = 0; i < moment; ++i) {
         if (steps_[i].kind != Step::Kind::kSync) continue;
-        if (steps_[i].file < 0) synced = i + 1;
+        if (steps_[i].file == -1) synced = i + 1;
+        if (steps_[i].file < 0) names_synced = i + 1;
         if (steps_[i].file >= 0) file_synced[steps_[i].file] = i + 1;
     }
     Disk disk = before_;
@@ -158,7 +176,7 @@ Files LossyDisk::after_loss(size_t moment, std::mt19937* random) const {
         const Step& step = steps_[i];
         if (step.kind == Step::Kind::kSync) continue;
         if (is_name(step)) {
-            if (i < synced) {
+            if (i < names_synced) {
                 disk.apply_name(step);
             } else {
                 loose.push_back(&step);
@@ -222,11 +240,14 @@ Files files_in(const fs::path& folder) {
 
 }  // namespace openfab::testing
 
-// What the code under test calls, in place of the C library's.
+// What the code under test calls, in place of the C library's. Also what it calls through the C++ library, which finds
+// only what is visible.
 
 using openfab::testing::open_files;
 using openfab::testing::recorder;
 using Step = openfab::testing::LossyDisk::Step;
+
+#pragma GCC visibility push(default)
 
 extern "C" {
 
@@ -282,6 +303,7 @@ int ftruncate(int fd, off_t size) {
 int renameat(int from_folder, const char* from, int to_folder, const char* to) {
     const std::string a = openfab::testing::name_of(from_folder, from);
     const std::string b = openfab::testing::name_of(to_folder, to);
+    if (!a.empty()) openfab::testing::note_mappings();
     const int done = openfab::testing::real<int(int, const char*, int, const char*)>("renameat")(
         from_folder, from, to_folder, to);
     if (done == 0 && !a.empty() && !b.empty()) recorder->rename(a, b);
@@ -300,10 +322,49 @@ int unlinkat(int folder, const char* path, int flags) {
     return done;
 }
 
+int unlink(const char* path) {
+    return unlinkat(AT_FDCWD, path, 0);
+}
+
+// Of the standard library's: files only.
+int remove(const char* path) {
+    const std::string name = openfab::testing::name_of(AT_FDCWD, path);
+    const int done = openfab::testing::real<int(const char*)>("remove")(path);
+    if (done == 0 && !name.empty()) recorder->remove(name);
+    return done;
+}
+
+int mkostemp(char* pattern, int flags) {
+    const int fd = openfab::testing::real<int(char*, int)>("mkostemp")(pattern, flags);
+    if (fd >= 0)
+        openfab::testing::note_open(fd, openfab::testing::name_of(AT_FDCWD, pattern),
+                                    flags | O_RDWR | O_CREAT, false);
+    return fd;
+}
+
+void* mmap(void* at, size_t size, int protection, int flags, int fd, off_t offset) {
+    if (recorder != nullptr && fd >= 0 && (flags & MAP_SHARED) != 0 &&
+        (protection & PROT_WRITE) != 0 && open_files.contains(fd)) {
+        std::error_code ignored;
+        openfab::testing::mappings[open_files[fd]] =
+            std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(fd), ignored);
+    }
+    return reinterpret_cast<void*>(::syscall(SYS_mmap, at, size, protection, flags, fd, offset));
+}
+
+int fdatasync(int fd) {
+    return fsync(fd);
+}
+
 int fsync(int fd) {
     const auto found = open_files.find(fd);
     if (recorder != nullptr && found != open_files.end())
         recorder->add({Step::Kind::kSync, found->second, {}, {}, 0, {}});
+    std::error_code ignored;
+    if (recorder != nullptr && found == open_files.end() &&
+        std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(fd), ignored) ==
+            openfab::testing::recorded)
+        recorder->add({Step::Kind::kSync, openfab::testing::LossyDisk::kNames, {}, {}, 0, {}});
     return 0;  // nothing needs to reach the disk of the tests
 }
 
@@ -312,3 +373,5 @@ int syncfs(int) {
     return 0;
 }
 }
+
+#pragma GCC visibility pop

@@ -34,9 +34,10 @@ class LossyDisk {
     /// Returns the files after a power loss at this moment.
     Files after_loss(size_t moment, std::mt19937* random) const;
 
+    static constexpr int kNames = -2;
     struct Step {
         enum class Kind { kCreate, kWrite, kTruncate, kRename, kRemove, kSync } kind;
-        int file = -1;            ///< of kCreate, kWrite, kTruncate; of kSync: -1 is all
+        int file = -1;  ///< of kCreate, kWrite, kTruncate; of kSync: -1 is all, kNames all names
         std::string name, other;  ///< of names
         int64_t at = 0;           ///< of kWrite; the size of kTruncate
         std::string bytes;
@@ -45,6 +46,8 @@ class LossyDisk {
     void add(Step step);
     int file_of(const std::string& name, bool creates);
     void rename(const std::string& from, const std::string& to);
+    /// For what is written through a mapping: the file's bytes as they are now.
+    void mapped(int file, const std::string& bytes);
     void remove(const std::string& name);
 
   private:
