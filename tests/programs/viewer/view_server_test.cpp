@@ -226,18 +226,31 @@ TEST_F(ViewServer, WhatCannotBeShownIsRefusedWithAReason) {
 
 /// It serves, or says that it cannot; `timeout` ends what serves with 124.
 TEST_F(ViewServer, WithoutMemoryForThreadsItEndsWithAMessage) {
-    const std::string file = write(print_, "a.ofr");
-    for (int megabytes = 60; megabytes <= 240; megabytes += 20) {
-        const Outcome outcome =
-            run({"/bin/bash", "-c",
-                 fmt::format("ulimit -v {}; exec timeout 1 '{}' view '{}'", 1000 * megabytes,
-                             program("openfab").string(), file)});
-        // 127: not even its libraries find room.
-        EXPECT_THAT(outcome.exit_code, ::testing::AnyOf(3, 124, 127)) << megabytes << outcome.err;
-        if (outcome.exit_code == 3) {
+    scratch_.write(
+        "a.fl",
+        "fablet A {\n    @uniform { Material a; }\n    @Volume(@varying { VolumeAttributes "
+        "attr }) { MaterialComposition mc; mc.Set(a, 1); return mc; }\n}\n");
+    scratch_.write("cube.fab.json", R"({"openfab": 1, "printer": "generic",
+"fablets": {"a": {"source": "a.fl", "fablet": "A"}}, "materials": {"white": {"key": "#ffffff"}},
+"meshes": {"cube": {"box": [2, 2, 2]}},
+"objects": {"cube": {"mesh": "cube", "fablet": "a", "uniforms": {"a": "white"}}}, "build": [{"object": "cube"}]})");
+    int refused = 0;
+    for (const std::string& file : {write(print_, "a.ofr"), path("cube.fab.json")}) {
+        for (int megabytes = 60; megabytes <= 240; megabytes += 20) {
+            const Outcome outcome =
+                run({"/bin/bash", "-c",
+                     fmt::format("ulimit -v {}; exec timeout 1 '{}' view '{}'", 1000 * megabytes,
+                                 program("openfab").string(), file)});
+            // 127: not even its libraries find room.
+            EXPECT_THAT(outcome.exit_code, ::testing::AnyOf(3, 124, 127))
+                << megabytes << outcome.err;
+            if (outcome.exit_code != 3) continue;
+            ++refused;
             EXPECT_THAT(outcome.err, HasSubstr("error: "));
+            EXPECT_THAT(outcome.err, ::testing::AnyOf(HasSubstr("ulimit -v"), HasSubstr("memory")));
         }
     }
+    EXPECT_GT(refused, 0);
 }
 
 TEST_F(ViewServer, TwoServersNeverShareAPort) {
