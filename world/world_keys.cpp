@@ -57,6 +57,21 @@ const std::vector<KeySet>& world_key_sets() {
     return sets;
 }
 
+const std::vector<WorldPath>& world_paths() {
+    static const std::vector<WorldPath> paths = {
+        {{"printer"}, ".json"},
+        {{"fablets", "*", "source"}, ""},
+        {{"dither", "source"}, ""},
+        {{"textures", "*", "file"}, ""},
+        {{"meshes", "*", "file"}, ""},
+        {{"meshes", "*", "beams"}, ""},
+        {{"objects", "*", "pieces"}, ""},
+        {{"groups", "*", "[]", "transforms"}, ""},
+        {{"build", "[]", "transforms"}, ""},
+    };
+    return paths;
+}
+
 const KeySet& world_keys(std::string_view kind) {
     const std::vector<KeySet>& sets = world_key_sets();
     const auto found = std::ranges::find(sets, kind, &KeySet::kind);

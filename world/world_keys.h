@@ -17,6 +17,13 @@ struct KeySet {
     std::vector<std::string_view> required;
 };
 
+/// Where a world names a file or a folder, which counts from the world's folder.
+struct WorldPath {
+    std::vector<std::string_view> keys;  ///< from the root; `*` is any member, `[]` any item
+    std::string_view ends;               ///< what ends otherwise is a name
+};
+const std::vector<WorldPath>& world_paths();
+
 const std::vector<KeySet>& world_key_sets();
 const KeySet& world_keys(std::string_view kind);
 

@@ -136,10 +136,10 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
             return user_error(messages::kBoxChanged, messages::kBoxChangedHelp);
     }
     if (Result<void> done = write_field(field_file, field); !done) return done;
-    if (Result<void> done = backends::write_whole_file(
-            output, world->text(field_file, field.origin_mm, field.grid.pitch_mm, folder));
-        !done)
-        return done;
+    const Result<std::string> strong =
+        world->text(field_file, field.origin_mm, field.grid.pitch_mm);
+    if (!strong) return strong.error();
+    if (Result<void> done = backends::write_whole_file(output, *strong); !done) return done;
     const Grid& g = round->problem.grid;
     show(fmt::format(
         "pitch {:.4g} x {:.4g} x {:.4g} mm, {} solid elements of {} x {} x {}, {}, residual "

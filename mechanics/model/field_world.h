@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "world/edit/world_edit.h"
 
 namespace openfab::mechanics {
 
@@ -16,21 +17,23 @@ namespace openfab::mechanics {
 /// scaled.
 class FieldWorld {
   public:
-    /// `folder` is where the world with the field will be.
+    /// `folder` is where the world with the field will be; paths count from it then.
     static Result<FieldWorld> open(const std::filesystem::path& world, const std::string& texture,
                                    const std::filesystem::path& folder);
     /// The part's origin in the build.
     const std::array<double, 3>& moved_mm() const { return moved_mm_; }
-    /// The world's text with the field as texture, its lowest corner in the build. Paths count from
-    /// `folder`, or are absolute where it is not the world's own.
-    std::string text(const std::filesystem::path& field, const std::array<double, 3>& origin_mm,
-                     const std::array<double, 3>& pitch_mm,
-                     const std::filesystem::path& folder) const;
+    /// The world's text with the field, a file in that folder, as texture, its lowest corner in the build.
+    Result<std::string> text(const std::filesystem::path& field,
+                             const std::array<double, 3>& origin_mm,
+                             const std::array<double, 3>& pitch_mm) const;
 
   private:
-    std::filesystem::path world_;
-    std::string read_, texture_;
-    std::array<double, 3> moved_mm_{};
+    FieldWorld(world::WorldEdit world, std::string texture, const std::array<double, 3>& moved_mm)
+        : world_(std::move(world)), texture_(std::move(texture)), moved_mm_(moved_mm) {}
+
+    world::WorldEdit world_;
+    std::string texture_;
+    std::array<double, 3> moved_mm_;
 };
 
 }  // namespace openfab::mechanics

@@ -20,7 +20,7 @@
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
 #include "tools/viewer/messages.h"
-#include "tools/viewer/world_text.h"
+#include "world/edit/world_edit.h"
 
 namespace openfab::viewer {
 
@@ -188,14 +188,13 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
                              of_member.take());
     }
     value += "}";
-    const Result<JsonValue> now = parse_json(text, world.filename().string());
-    if (!now) return now.error();
-    out.entry = free_entry(*now, "meshes", file.stem().string(), value);
-    Result<std::string> changed =
-        with_entry(text, world.filename().string(), "meshes", out.entry, value);
-    if (changed) changed = with_mesh(*changed, world.filename().string(), object, out.entry);
+    Result<world::WorldEdit> edit = world::WorldEdit::of_text(text, world.filename().string());
+    if (!edit) return edit.error();
+    out.entry = free_entry(edit->tree(), "meshes", file.stem().string(), value);
+    Result<void> changed = edit->set_entry("meshes", out.entry, value);
+    if (changed) changed = edit->set_mesh(object, out.entry);
     if (!changed) return changed.error();
-    out.world = std::move(*changed);
+    out.world = edit->text();
     return out;
 }
 
@@ -208,18 +207,17 @@ Result<Dropped::Made> Dropped::use(const std::string& name, const std::string& o
     if (!fs::is_regular_file(file, status))
         return user_error(fmt::format(messages::kHasNotCome, name));
     if (!is_picture(file)) return use_mesh(file, object, world, text);
-    const Result<JsonValue> now = parse_json(text, world.filename().string());
-    if (!now) return now.error();
+    Result<world::WorldEdit> edit = world::WorldEdit::of_text(text, world.filename().string());
+    if (!edit) return edit.error();
     const Result<std::string> put = put_beside(file, world.parent_path());
     if (!put) return put.error();
     const std::string value = fmt::format("{{\"file\": {}}}", json_of(*put));
     Made out;
-    out.entry = free_entry(*now, "textures", file.stem().string(), value);
+    out.entry = free_entry(edit->tree(), "textures", file.stem().string(), value);
     out.notes = fmt::format(messages::kTextureOfWorld, out.entry);
-    Result<std::string> changed =
-        with_entry(text, world.filename().string(), "textures", out.entry, value);
-    if (!changed) return changed.error();
-    out.world = std::move(*changed);
+    if (Result<void> changed = edit->set_entry("textures", out.entry, value); !changed)
+        return changed.error();
+    out.world = edit->text();
     return out;
 }
 

@@ -14,7 +14,7 @@
 #include "tools/viewer/messages.h"
 #include "tools/viewer/uniform_value.h"
 #include "tools/viewer/world_lock.h"
-#include "tools/viewer/world_text.h"
+#include "world/edit/world_edit.h"
 
 namespace openfab::viewer {
 
@@ -334,12 +334,14 @@ Result<void> Live::write() {
                                                    : messages::kValuesNotPrinted);
     }
     Result<std::string> text = read_source(options_.file);
-    for (const Override& one : overrides_) {
-        if (!text) break;
-        text = with_uniform(*text, options_.file, one.object, one.uniform, one.value);
-    }
     if (!text) return text.error();
-    if (Result<void> written = replace_file(options_.file, *text); !written) return written;
+    Result<world::WorldEdit> world = world::WorldEdit::of_text(std::move(*text), options_.file);
+    if (!world) return world.error();
+    for (const Override& one : overrides_) {
+        if (Result<void> set = world->set_uniform(one.object, one.uniform, one.value); !set)
+            return set;
+    }
+    if (Result<void> written = replace_file(options_.file, world->text()); !written) return written;
     overrides_.clear();
     touch();
     return {};

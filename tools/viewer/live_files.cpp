@@ -16,7 +16,7 @@
 #include "tools/viewer/live.h"
 #include "tools/viewer/messages.h"
 #include "tools/viewer/world_lock.h"
-#include "tools/viewer/world_text.h"
+#include "world/edit/world_edit.h"
 
 namespace openfab::viewer {
 
@@ -66,15 +66,12 @@ Result<std::string> Live::rename_bindings(const Source& source, const std::strin
     const std::string name = fs::path(options_.file).filename().string();
     const Result<std::string> text = read_source(options_.file);
     if (!text) return text.error();
-    std::string changed = *text;
+    Result<world::WorldEdit> world = world::WorldEdit::of_text(*text, name);
+    if (!world) return world.error();
     const std::lock_guard lock(mutex_);
     if (read_.world == nullptr) return std::string();
-    const auto rename = [&](const char* section, const std::string& entry) -> Result<void> {
-        Result<std::string> made =
-            with_renamed_uniform(changed, name, section, entry, renamed->from, renamed->to);
-        if (!made) return made.error();
-        changed = std::move(*made);
-        return {};
+    const auto rename = [&](const char* section, const std::string& entry) {
+        return world->rename_uniform(section, entry, renamed->from, renamed->to);
     };
     for (const auto& [entry, ref] : read_.world->fablets) {
         if (ref.source != source.path || ref.fablet != renamed->fablet) continue;
@@ -88,8 +85,8 @@ Result<std::string> Live::rename_bindings(const Source& source, const std::strin
             }
         }
     }
-    if (changed == *text) return std::string();
-    if (Result<void> written = replace_file(options_.file, changed); !written)
+    if (world->text() == *text) return std::string();
+    if (Result<void> written = replace_file(options_.file, world->text()); !written)
         return written.error();
     return fmt::format(messages::kCalledNow, renamed->from, renamed->to);
 }

@@ -20,6 +20,7 @@
 #include "mechanics/messages.h"
 #include "tests/programs/mechanics/model_world.h"
 #include "tests/support/says/says.h"
+#include "world/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -327,7 +328,7 @@ TEST_F(MechanicsModel, AWorldIsStrengthenedWithAllThatItNames) {
     const Outcome elsewhere = mechanics({"strengthen", path("w.fab.json"), "--field", "file",
                                          "--allow-programs", "-o", path("out/s.fab.json")});
     EXPECT_EQ(elsewhere.exit_code, 1);
-    EXPECT_THAT(elsewhere.err, Says(mechanics::messages::kProgramElsewhere));
+    EXPECT_THAT(elsewhere.err, Says(world::messages::kProgramStays));
 }
 
 }  // namespace

@@ -5,8 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "base/input_file.h"
 #include "base/json.h"
@@ -53,6 +56,35 @@ TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
             << set.kind;
         EXPECT_FALSE(kind->find("additionalProperties")->value.boolean) << set.kind;
     }
+}
+
+/// Whether a value may be a path.
+bool is_path(const JsonValue& property) {
+    if (const JsonMember* format = property.find("format")) return format->value.text == "path";
+    const JsonMember* any = property.find("anyOf");
+    return any != nullptr && std::ranges::any_of(any->value.items, is_path);
+}
+
+/// What WorldEdit::relocate changes. A new key that is a path is one in both, or this fails.
+TEST(WorldSchema, KnowsThePathsOfTheTable) {
+    const Result<JsonValue> root = schema();
+    ASSERT_TRUE(root) << root.error().text();
+    const std::map<std::string_view, std::string_view> kinds = {
+        {"fablets", "fablet"}, {"dither", "dither"},    {"textures", "texture"}, {"meshes", "mesh"},
+        {"objects", "object"}, {"groups", "placement"}, {"build", "placement"}};
+    std::set<std::pair<std::string, std::string>> expected, found;
+    for (const WorldPath& path : world_paths()) {
+        const bool of_root = path.keys.size() == 1;
+        expected.emplace(of_root ? "world" : kinds.at(path.keys.front()), path.keys.back());
+    }
+    for (const KeySet& set : world_key_sets()) {
+        const JsonValue& kind =
+            set.kind == "world" ? *root : root->find("$defs")->value.find(set.kind)->value;
+        for (const JsonMember& property : kind.find("properties")->value.members) {
+            if (is_path(property.value)) found.emplace(set.kind, property.key);
+        }
+    }
+    EXPECT_EQ(found, expected);
 }
 
 /// Else an editor marks a mesh of that primitive as wrong.

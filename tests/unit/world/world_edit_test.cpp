@@ -1,0 +1,142 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "world/edit/world_edit.h"
+
+#include <gmock/gmock.h>
+
+#include "base/json.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using world::WorldEdit;
+
+std::string changed(const std::string& text, const std::string& object, const std::string& uniform,
+                    const std::string& value) {
+    Result<WorldEdit> edit = WorldEdit::of_text(text, "w");
+    EXPECT_TRUE(edit) << edit.error().text();
+    if (!edit) return {};
+    const Result<void> set = edit->set_uniform(object, uniform, value);
+    EXPECT_TRUE(set) << set.error().text();
+    return edit->text();
+}
+
+TEST(WorldEdit, AValueIsReplacedAndNothingElse) {
+    const std::string text =
+        "{\n  \"t\": \"ä\\\"}{\",\n  \"objects\": { \"ä ö\" : {\"uniforms\":{ \"x\" :\t[1, [2]] "
+        ",\"y\":-3e1}}}\n}\n";
+    EXPECT_EQ(changed(text, "ä ö", "x", "[4]"),
+              "{\n  \"t\": \"ä\\\"}{\",\n  \"objects\": { \"ä ö\" : {\"uniforms\":{ \"x\" :\t[4] "
+              ",\"y\":-3e1}}}\n}\n");
+    EXPECT_EQ(changed(text, "ä ö", "y", "true"),
+              "{\n  \"t\": \"ä\\\"}{\",\n  \"objects\": { \"ä ö\" : {\"uniforms\":{ \"x\" :\t[1, "
+              "[2]] ,\"y\":true}}}\n}\n");
+}
+
+TEST(WorldEdit, AStringWithQuotesAndBracesIsReplacedWhole) {
+    EXPECT_EQ(
+        changed(R"({"objects":{"o":{"uniforms":{"m":"a\\\"},{","n":1}}}})", "o", "m", "\"b\""),
+        R"({"objects":{"o":{"uniforms":{"m":"b","n":1}}}})");
+}
+
+TEST(WorldEdit, ANewValueComesFirstSpacedAsTheOthers) {
+    EXPECT_EQ(changed("{\"objects\": {\"o\": {\"uniforms\": {\n    \"a\": 1\n}}}}", "o", "b", "2"),
+              "{\"objects\": {\"o\": {\"uniforms\": {\n    \"b\": 2,\n    \"a\": 1\n}}}}");
+    EXPECT_EQ(changed(R"({"objects": {"o": {"uniforms": { }}}})", "o", "b", "2"),
+              R"({"objects": {"o": {"uniforms": {"b": 2}}}})");
+    EXPECT_EQ(changed(R"({"objects": {"o": {"mesh": "m"}}})", "o", "b", "2"),
+              R"({"objects": {"o": {"uniforms": {"b": 2}, "mesh": "m"}}})");
+    EXPECT_EQ(changed(R"({"objects": {"o": {}}})", "o", "b", "2"),
+              R"({"objects": {"o": {"uniforms": {"b": 2}}}})");
+}
+
+TEST(WorldEdit, WhatIsNoWorldOrHasNoSuchObjectIsRefused) {
+    for (const char* text :
+         {"", "[", "[]", "{}", R"({"objects": 1})", R"({"objects": {"p": {}}})",
+          R"({"objects": {"o": 1}})", R"({"objects": {"o": {"uniforms": 1}}})"}) {
+        Result<WorldEdit> edit = WorldEdit::of_text(text, "w.fab.json");
+        if (!edit) continue;
+        const Result<void> set = edit->set_uniform("o", "u", "1");
+        ASSERT_FALSE(set) << text;
+        EXPECT_THAT(set.error().text(), HasSubstr("w.fab.json"));
+        EXPECT_EQ(edit->text(), text);
+    }
+    EXPECT_THAT(WorldEdit::of_text("[]", "w.fab.json").error().text(), HasSubstr("w.fab.json"));
+}
+
+TEST(WorldEdit, AValueThatIsNoJsonChangesNothing) {
+    const std::string text = R"({"objects": {"o": {}}, "meshes": {"m": 1}})";
+    Result<WorldEdit> edit = WorldEdit::of_text(text, "w");
+    ASSERT_TRUE(edit);
+    EXPECT_FALSE(edit->set_entry("meshes", "n", "{"));
+    EXPECT_EQ(edit->text(), text);
+    ASSERT_TRUE(edit->set_entry("meshes", "n", "2"));
+    EXPECT_EQ(edit->text(), R"({"objects": {"o": {}}, "meshes": {"n": 2, "m": 1}})");
+}
+
+TEST(WorldEdit, EntriesMeshesAndNamesOfUniforms) {
+    Result<WorldEdit> edit = WorldEdit::of_text(
+        R"({"objects": {"o": {"mesh":"a", "uniforms": {"from" : 3, "mid": "from"}}}})", "w");
+    ASSERT_TRUE(edit);
+    ASSERT_TRUE(edit->set_mesh("o", "b"));
+    ASSERT_TRUE(edit->set_entry("textures", "t", R"({"file": "a.png"})"));
+    ASSERT_TRUE(edit->rename_uniform("objects", "o", "from", "to"));
+    ASSERT_TRUE(edit->rename_uniform("objects", "o", "none", "to"));
+    EXPECT_EQ(
+        edit->text(),
+        R"({"textures": {"t": {"file": "a.png"}}, "objects": {"o": {"mesh":"b", "uniforms": {"to" : 3, "mid": "from"}}}})");
+    EXPECT_FALSE(edit->set_mesh("p", "b"));
+    EXPECT_FALSE(edit->set_entry("objects", "o", ""));
+}
+
+// All paths of worlds, and nothing that looks like one.
+TEST(WorldEdit, PathsCountFromAnotherFolder) {
+    Result<WorldEdit> edit = WorldEdit::of_text(R"({
+  "openfab": 1, "printer": "own.printer.json",
+  "fablets": {"file": {"source": "a.fl", "fablet": "file", "uniforms": {"source": "file"}}},
+  "dither": {"source": "d.fl", "rule": "a.fl"},
+  "materials": {"source": {"key": "#102030"}},
+  "textures": {"t": {"file": "p ä/\"q\".png"}, "abs": {"file": "/tmp/x.nrrd", "field": "a.vtu"}},
+  "meshes": {"m": {"file": "../m.obj"}, "b": {"beams": "b.txt"}, "c": {"box": [1, 2, 3]}},
+  "objects": {"o": {"mesh": "file", "fablet": "file", "pieces": "o.cuts.json", "uniforms": {"file": "source"}},
+    "p": {"mesh": "c", "fablet": "file", "pieces": {"normal": [1, 0, 0], "at_mm": 0}}},
+  "groups": {"g": [{"object": "o", "transforms": "g.txt"}]},
+  "build": [{"group": "g", "transforms": "b.txt"}]
+})",
+                                                "w");
+    ASSERT_TRUE(edit) << edit.error().text();
+    const std::string before = edit->text();
+    ASSERT_TRUE(edit->relocate("/a/b", "/a/b/"));
+    EXPECT_EQ(edit->text(), before);
+    ASSERT_TRUE(edit->relocate("/a/b", "/a/c"));
+    EXPECT_EQ(edit->text(), R"({
+  "openfab": 1, "printer": "../b/own.printer.json",
+  "fablets": {"file": {"source": "../b/a.fl", "fablet": "file", "uniforms": {"source": "file"}}},
+  "dither": {"source": "../b/d.fl", "rule": "a.fl"},
+  "materials": {"source": {"key": "#102030"}},
+  "textures": {"t": {"file": "../b/p ä/\"q\".png"}, "abs": {"file": "/tmp/x.nrrd", "field": "a.vtu"}},
+  "meshes": {"m": {"file": "../m.obj"}, "b": {"beams": "../b/b.txt"}, "c": {"box": [1, 2, 3]}},
+  "objects": {"o": {"mesh": "file", "fablet": "file", "pieces": "../b/o.cuts.json", "uniforms": {"file": "source"}},
+    "p": {"mesh": "c", "fablet": "file", "pieces": {"normal": [1, 0, 0], "at_mm": 0}}},
+  "groups": {"g": [{"object": "o", "transforms": "../b/g.txt"}]},
+  "build": [{"group": "g", "transforms": "../b/b.txt"}]
+})");
+    // And back.
+    ASSERT_TRUE(edit->relocate("/a/c", "/a/b"));
+    EXPECT_EQ(edit->text(), before);
+}
+
+TEST(WorldEdit, AProgramStaysWhereItIs) {
+    Result<WorldEdit> edit =
+        WorldEdit::of_text(R"({"meshes": {"m": {"program": ["python3", "p.py"]}}})", "w");
+    ASSERT_TRUE(edit);
+    ASSERT_TRUE(edit->relocate("/a", "/a"));
+    const Result<void> moved = edit->relocate("/a", "/b");
+    ASSERT_FALSE(moved);
+    EXPECT_THAT(moved.error().text(), HasSubstr("w:1:"));
+    EXPECT_THAT(moved.error().text(), HasSubstr("/a"));
+}
+
+}  // namespace
+}  // namespace openfab::testing
