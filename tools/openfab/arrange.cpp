@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <optional>
 #include <utility>
 
 #include "base/units.h"
@@ -21,19 +22,21 @@ namespace {
 
 struct Loaded {
     world::World world;
-    JsonValue root;
+    world::WorldEdit text;
 };
 
-/// Returns the text of a world without what it builds.
-std::string all_but_the_build(JsonValue root) {
-    for (const char* key : {"build", "groups", "arrange"})
-        remove_member(&root, key);
+/// Returns a world without what it builds, however it is written.
+std::string all_but_the_build(const world::WorldEdit& text) {
+    JsonValue root = text.tree();
+    std::erase_if(root.members, [](const JsonMember& m) {
+        return m.key == "build" || m.key == "groups" || m.key == "arrange";
+    });
     return text_of(root);
 }
 
 /// Reads the first world, with what the others build besides.
 Result<Loaded> load(const ArrangeArguments& arguments, int64_t memory) {
-    Loaded out;
+    std::optional<Loaded> out;
     for (size_t i = 0; i < arguments.worlds.size(); ++i) {
         const std::string& file = arguments.worlds[i];
         Result<world::World> world =
@@ -43,22 +46,20 @@ Result<Loaded> load(const ArrangeArguments& arguments, int64_t memory) {
                 file, {arguments.allow, arguments.settings, arguments.memory}, &*world);
             !known)
             return known.error();
-        const Result<std::string> text = read_text_file(file, world::kLargestWorld);
+        Result<world::WorldEdit> text = world::WorldEdit::of_file(file, memory);
         if (!text) return text.error();
-        Result<JsonValue> root = parse_json(*text, file, memory);
-        if (!root) return root.error();
         if (i == 0) {
-            out = {std::move(*world), std::move(*root)};
+            out.emplace(std::move(*world), std::move(*text));
             continue;
         }
-        if (all_but_the_build(*root) != all_but_the_build(out.root)) {
+        if (all_but_the_build(*text) != all_but_the_build(out->text)) {
             return user_error(fmt::format(messages::kWorldsDiffer, arguments.worlds[0], file),
                               messages::kArrangeEachAlone);
         }
         // Objects have the same numbers there.
-        std::move(world->build.begin(), world->build.end(), std::back_inserter(out.world.build));
+        std::move(world->build.begin(), world->build.end(), std::back_inserter(out->world.build));
     }
-    return out;
+    return std::move(*out);
 }
 
 }  // namespace
@@ -87,7 +88,6 @@ Result<void> run_arrange(const ArrangeArguments& arguments) {
     Result<Loaded> loaded = load(arguments, *memory);
     if (!loaded) return loaded.error();
     const world::World* const world = &loaded->world;
-    const JsonValue* const root = &loaded->root;
     const std::string& fit = arguments.fit.empty() ? world->printer : arguments.fit;
     if (fit.empty()) {
         return usage_error(messages::kWorldNamesNoPrinter);
@@ -96,9 +96,10 @@ Result<void> run_arrange(const ArrangeArguments& arguments) {
     if (!machine) return machine.error();
     options.machine = *machine;
     // A file that the world names stays named as it is there.
-    if (const JsonMember* own = root->find("printer"); own != nullptr && arguments.fit.empty())
+    if (const JsonMember* own = loaded->text.tree().find("printer");
+        own != nullptr && arguments.fit.empty())
         options.machine.printer = own->value.text;
-    return write_tray_worlds(*world, *root, options);
+    return write_tray_worlds(*world, loaded->text, options);
 }
 
 }  // namespace openfab::tools

@@ -16,12 +16,6 @@ using JsonKind = JsonValue::Kind;
 
 constexpr size_t kLine = 110;
 
-std::string quoted(const std::string& text) {
-    JsonText out;
-    out.value(text);
-    return out.take();
-}
-
 std::string on_one_line(const JsonValue& value) {
     switch (value.kind) {
         case JsonKind::kNull:
@@ -116,6 +110,12 @@ JsonValue node(const pieces::Tree& tree, int32_t at) {
 
 }  // namespace
 
+std::string quoted(const std::string& text) {
+    JsonText out;
+    out.value(text);
+    return out.take();
+}
+
 JsonValue json_of(double number) {
     JsonValue out;
     out.kind = JsonKind::kNumber;
@@ -148,11 +148,6 @@ void set_member(JsonValue* object, const std::string& key, JsonValue value) {
     object->by_key.clear();
 }
 
-void remove_member(JsonValue* object, const std::string& key) {
-    std::erase_if(object->members, [&](const JsonMember& m) { return m.key == key; });
-    object->by_key.clear();
-}
-
 JsonValue json_of(const pieces::Tree& tree) {
     return node(tree, 0);
 }
@@ -161,6 +156,13 @@ std::string text_of(const JsonValue& value) {
     std::string out;
     append(value, 0, 0, &out);
     return out + "\n";
+}
+
+std::string text_in_world(const JsonValue& value, size_t key, size_t indent) {
+    std::string out;
+    constexpr size_t kQuotesAndColon = 4;
+    append(value, indent, key + kQuotesAndColon, &out);
+    return out;
 }
 
 }  // namespace openfab::tools

@@ -11,17 +11,21 @@
 
 namespace openfab::tools {
 
+/// Returns a text of JSON.
+std::string quoted(const std::string& text);
+
 JsonValue json_of(double number);
 JsonValue json_of(const std::string& text);
 JsonValue json_of(const Vec3d& v);
 /// Sets a member of an object, in its place or behind the others.
 void set_member(JsonValue* object, const std::string& key, JsonValue value);
-void remove_member(JsonValue* object, const std::string& key);
 
 /// Returns the cut of `pieces`, with what is on both sides.
 JsonValue json_of(const pieces::Tree& tree);
 
-/// Returns the text, with a line end.
+/// Returns the text of a file, with a line end.
 std::string text_of(const JsonValue& value);
+/// Returns the text of a value that stands in the lines of a world, behind a key of that many letters.
+std::string text_in_world(const JsonValue& value, size_t key, size_t indent = 4);
 
 }  // namespace openfab::tools

@@ -62,11 +62,11 @@ void to_mesh_space(const std::array<double, 9>& stretch, pieces::Tree* tree) {
 
 class Splitter {
   public:
-    Splitter(const SplitArguments& arguments, world::World world, JsonValue root,
+    Splitter(const SplitArguments& arguments, world::World world, world::WorldEdit text,
              MachineTray machine, int64_t memory)
         : arguments_(arguments),
           world_(std::move(world)),
-          root_(std::move(root)),
+          text_(std::move(text)),
           machine_(std::move(machine)),
           memory_(memory) {}
 
@@ -226,14 +226,10 @@ class Splitter {
         options.misplaced = messages::kCutOnceMore;
         if (const Result<void> made = write_cuts(); !made) return made;
         if (const Result<void> made = write_exploded(); !made) return made;
-        return write_tray_worlds(world_, root_, options);
+        return write_tray_worlds(world_, text_, options);
     }
 
     Result<void> write_cuts() {
-        JsonMember* objects = nullptr;
-        for (JsonMember& m : root_.members) {
-            if (m.key == "objects") objects = &m;
-        }
         for (const size_t index : cut_) {
             const world::Object& object = world_.objects[index];
             const std::string file = fmt::format("{}.{}cuts.json", world_stem(arguments_.output),
@@ -243,19 +239,19 @@ class Splitter {
                 !made)
                 return made;
             show(fmt::format(messages::kCutsToEdit, path.string(), object.name));
-            for (JsonMember& m : objects->value.members) {
-                if (m.key == object.name) set_member(&m.value, "pieces", json_of(file));
-            }
+            if (const Result<void> set = text_.set_of_object(object.name, "pieces", quoted(file));
+                !set)
+                return set;
         }
         return {};
     }
 
     /// Lets placements of what was cut stand for all its pieces, moved apart.
-    void explode(JsonValue* placements) const {
+    JsonValue exploded(JsonValue placements) const {
         constexpr double kGap = 0.12;  // of the tray's longest side
         const Vec3d& tray = machine_.size_mm;
         const double gap_mm = std::round(10 * kGap * std::max({tray.x, tray.y, tray.z})) / 10;
-        for (JsonValue& item : placements->items) {
+        for (JsonValue& item : placements.items) {
             const JsonMember* object = item.find("object");
             const bool is_cut = object != nullptr && item.find("piece") == nullptr &&
                                 std::any_of(cut_.begin(), cut_.end(), [&](size_t index) {
@@ -265,32 +261,40 @@ class Splitter {
             set_member(&item, "piece", json_of(std::string("all")));
             set_member(&item, "explode_mm", json_of(gap_mm));
         }
+        return placements;
     }
 
     /// Writes a world to look at: the parts as they were placed, with their pieces apart.
     Result<void> write_exploded() const {
         if (cut_.empty()) return {};
-        JsonValue root = root_;
-        for (JsonMember& m : root.members) {
-            if (m.key == "build") explode(&m.value);
-            if (m.key != "groups") continue;
-            for (JsonMember& group : m.value.members)
-                explode(&group.value);
-        }
+        world::WorldEdit text = text_;
         // It is larger than the machine.
-        remove_member(&root, "tray");
-        set_member(&root, "printer", json_of(std::string("generic")));
+        Result<void> done = text.remove("tray");
+        if (done) done = text.set("printer", "\"generic\"");
+        for (const JsonMember& m : text_.tree().members) {
+            if (!done) break;
+            if (m.key == "build")
+                done = text.set(m.key, text_in_world(exploded(m.value), m.key.size()));
+            if (m.key != "groups") continue;
+            for (const JsonMember& group : m.value.members) {
+                if (done)
+                    done =
+                        text.set_entry("groups", group.key,
+                                       text_in_world(exploded(group.value), group.key.size(), 8));
+            }
+        }
+        if (!done) return done;
         const fs::path path =
             fs::path(arguments_.output).parent_path() /
             fmt::format("exploded-{}", fs::path(arguments_.output).filename().string());
-        if (const Result<void> made = write_file(path, text_of(root)); !made) return made;
+        if (const Result<void> made = write_file(path, text.text()); !made) return made;
         show(fmt::format(messages::kPiecesApart, path.string()));
         return {};
     }
 
     const SplitArguments& arguments_;
     world::World world_;
-    JsonValue root_;
+    world::WorldEdit text_;
     MachineTray machine_;
     int64_t memory_;
     pieces::SearchOptions search_;
@@ -315,11 +319,9 @@ Result<void> run_split(const SplitArguments& arguments) {
             arguments.world, {arguments.allow, arguments.settings, arguments.memory}, &*world);
         !known)
         return known.error();
-    const Result<std::string> text = read_text_file(arguments.world, world::kLargestWorld);
+    Result<world::WorldEdit> text = world::WorldEdit::of_file(arguments.world, *memory);
     if (!text) return text.error();
-    Result<JsonValue> root = parse_json(*text, arguments.world, *memory);
-    if (!root) return root.error();
-    return Splitter(arguments, std::move(*world), std::move(*root), *machine, *memory).run();
+    return Splitter(arguments, std::move(*world), std::move(*text), *machine, *memory).run();
 }
 
 }  // namespace openfab::tools

@@ -108,8 +108,8 @@ struct Thing {
 
 class TrayWriter {
   public:
-    TrayWriter(const world::World& world, const JsonValue& root, const TrayOptions& options)
-        : world_(world), root_(root), options_(options) {}
+    TrayWriter(const world::World& world, const world::WorldEdit& text, const TrayOptions& options)
+        : world_(world), text_(text), options_(options) {}
 
     Result<void> run() {
         find_things();
@@ -236,28 +236,29 @@ class TrayWriter {
             const Box3d& box = poses_[static_cast<size_t>(spot.thing)][spot.pose].box;
             used.add(Box3d{box.lo + spot.move_mm, box.hi + spot.move_mm});
         }
-        JsonValue root = root_;
-        for (const char* key : {"groups", "arrange"})
-            remove_member(&root, key);
+        world::WorldEdit text = text_;
+        Result<void> done = text.remove("groups");
+        if (done) done = text.remove("arrange");
         if (!options_.machine.printer.empty()) {
-            set_member(&root, "printer", tools::json_of(options_.machine.printer));
-            set_member(&root, "tray", tools::json_of(std::string("corner")));
+            if (done) done = text.set("tray", "\"corner\"");
+            if (done) done = text.set("printer", quoted(options_.machine.printer));
         }
         const size_t count = build.items.size();
-        set_member(&root, "build", std::move(build));
+        if (done) done = text.set("build", text_in_world(build, std::string_view("build").size()));
+        if (!done) return done;
         fs::path path = options_.output;
         if (tray > 0) {
             path = path.parent_path() /
                    fmt::format("{}-{}{}", world_stem(options_.output), tray + 1, kWorldEnd);
         }
-        if (const Result<void> made = write_file(path, text_of(root)); !made) return made;
+        if (const Result<void> made = write_file(path, text.text()); !made) return made;
         show(fmt::format(messages::kTrayLine, path.string(), count, count == 1 ? "" : "s",
                          used.hi.x, used.hi.y, used.hi.z));
         return {};
     }
 
     const world::World& world_;
-    const JsonValue& root_;
+    const world::WorldEdit& text_;
     const TrayOptions& options_;
     std::vector<Thing> things_;
     std::vector<std::vector<Pose>> poses_;
@@ -289,9 +290,9 @@ std::string world_stem(const std::string& output) {
     return name.substr(0, name.size() - kWorldEnd.size());
 }
 
-Result<void> write_tray_worlds(const world::World& world, const JsonValue& root,
+Result<void> write_tray_worlds(const world::World& world, const world::WorldEdit& text,
                                const TrayOptions& options) {
-    return TrayWriter(world, root, options).run();
+    return TrayWriter(world, text, options).run();
 }
 
 }  // namespace openfab::tools

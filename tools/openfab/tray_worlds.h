@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "base/json.h"
 #include "base/result.h"
 #include "tools/openfab/machine_tray.h"
 #include "tools/openfab/trays.h"
+#include "world/edit/world_edit.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -30,8 +30,8 @@ Result<void> check_beside(const std::string& output, const std::string& world);
 /// Returns `pieces` of `pieces.fab.json`.
 std::string world_stem(const std::string& output);
 
-/// Writes a world for each tray; `root` is the text that `world` was read from. What was cut comes in pieces.
-Result<void> write_tray_worlds(const world::World& world, const JsonValue& root,
+/// Writes a world for each tray; `text` is what `world` was read from. What was cut comes in pieces.
+Result<void> write_tray_worlds(const world::World& world, const world::WorldEdit& text,
                                const TrayOptions& options);
 
 }  // namespace openfab::tools

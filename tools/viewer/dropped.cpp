@@ -192,7 +192,7 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
     if (!edit) return edit.error();
     out.entry = free_entry(edit->tree(), "meshes", file.stem().string(), value);
     Result<void> changed = edit->set_entry("meshes", out.entry, value);
-    if (changed) changed = edit->set_mesh(object, out.entry);
+    if (changed) changed = edit->set_of_object(object, "mesh", json_of(out.entry));
     if (!changed) return changed.error();
     out.world = edit->text();
     return out;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <span>
 #include <utility>
 
@@ -165,10 +166,30 @@ Result<void> WorldEdit::set_uniform(std::string_view object, std::string_view un
     return apply({value_of_member(*uniforms, uniform, value)});
 }
 
-Result<void> WorldEdit::set_mesh(std::string_view object, std::string_view mesh) {
+Result<void> WorldEdit::set_of_object(std::string_view object, std::string_view key,
+                                      std::string_view value) {
     const Result<const JsonValue*> named = object_named(object);
     if (!named) return named.error();
-    return apply({value_of_member(**named, "mesh", as_json(mesh))});
+    return apply({value_of_member(**named, key, value)});
+}
+
+Result<void> WorldEdit::set(std::string_view key, std::string_view value) {
+    return apply({value_of_member(tree_, key, value)});
+}
+
+Result<void> WorldEdit::remove(std::string_view key) {
+    const auto member = std::ranges::find(tree_.members, key, &JsonMember::key);
+    if (member == tree_.members.end()) return {};
+    const auto begin_of = [&](const JsonMember& one) { return offset_of(one.line, one.column); };
+    const auto end_of = [&](const JsonMember& one) {
+        return end_of_value(text_, offset_of(one.value.line, one.value.column));
+    };
+    // With the comma and the space to the next member, or from the last one.
+    if (const auto next = std::next(member); next != tree_.members.end())
+        return apply({{begin_of(*member), begin_of(*next), ""}});
+    const bool alone = member == tree_.members.begin();
+    const size_t begin = alone ? begin_of(*member) : end_of(*std::prev(member));
+    return apply({{begin, end_of(*member), ""}});
 }
 
 Result<void> WorldEdit::set_entry(std::string_view section, std::string_view key,

@@ -33,8 +33,13 @@ class WorldEdit {
     /// Sets a uniform of an object.
     Result<void> set_uniform(std::string_view object, std::string_view uniform,
                              std::string_view value);
-    /// Sets the mesh of an object.
-    Result<void> set_mesh(std::string_view object, std::string_view mesh);
+    /// Sets a member of an object, such as its `mesh`.
+    Result<void> set_of_object(std::string_view object, std::string_view key,
+                               std::string_view value);
+    /// Sets a member of the world, such as `build`; a new one comes first.
+    Result<void> set(std::string_view key, std::string_view value);
+    /// Leaves out a member of the world, where it has it.
+    Result<void> remove(std::string_view key);
     /// Sets an entry of a section such as `meshes`, which is made where it is not there.
     Result<void> set_entry(std::string_view section, std::string_view key, std::string_view value);
     /// Gives another name to a uniform that an entry of `objects` or `fablets` binds; nothing changes where it binds none

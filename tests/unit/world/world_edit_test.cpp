@@ -79,14 +79,14 @@ TEST(WorldEdit, EntriesMeshesAndNamesOfUniforms) {
     Result<WorldEdit> edit = WorldEdit::of_text(
         R"({"objects": {"o": {"mesh":"a", "uniforms": {"from" : 3, "mid": "from"}}}})", "w");
     ASSERT_TRUE(edit);
-    ASSERT_TRUE(edit->set_mesh("o", "b"));
+    ASSERT_TRUE(edit->set_of_object("o", "mesh", "\"b\""));
     ASSERT_TRUE(edit->set_entry("textures", "t", R"({"file": "a.png"})"));
     ASSERT_TRUE(edit->rename_uniform("objects", "o", "from", "to"));
     ASSERT_TRUE(edit->rename_uniform("objects", "o", "none", "to"));
     EXPECT_EQ(
         edit->text(),
         R"({"textures": {"t": {"file": "a.png"}}, "objects": {"o": {"mesh":"b", "uniforms": {"to" : 3, "mid": "from"}}}})");
-    EXPECT_FALSE(edit->set_mesh("p", "b"));
+    EXPECT_FALSE(edit->set_of_object("p", "mesh", "\"b\""));
     EXPECT_FALSE(edit->set_entry("objects", "o", ""));
 }
 
@@ -125,6 +125,29 @@ TEST(WorldEdit, PathsCountFromAnotherFolder) {
     // And back.
     ASSERT_TRUE(edit->relocate("/a/c", "/a/b"));
     EXPECT_EQ(edit->text(), before);
+}
+
+TEST(WorldEdit, MembersOfTheWorld) {
+    const std::string text = "{\n  \"a\": [1, 2],\n  \"b\": {\"c\": 1},\n\n  \"d\": 3 }\n";
+    const auto after = [&](auto&& change) {
+        Result<WorldEdit> edit = WorldEdit::of_text(text, "w");
+        EXPECT_TRUE(change(*edit));
+        return edit->text();
+    };
+    EXPECT_EQ(after([](WorldEdit& w) { return w.remove("a"); }),
+              "{\n  \"b\": {\"c\": 1},\n\n  \"d\": 3 }\n");
+    EXPECT_EQ(after([](WorldEdit& w) { return w.remove("b"); }),
+              "{\n  \"a\": [1, 2],\n  \"d\": 3 }\n");
+    EXPECT_EQ(after([](WorldEdit& w) { return w.remove("d"); }),
+              "{\n  \"a\": [1, 2],\n  \"b\": {\"c\": 1} }\n");
+    EXPECT_EQ(after([](WorldEdit& w) { return w.remove("c"); }), text);
+    EXPECT_EQ(after([](WorldEdit& w) { return w.set("b", "[]"); }),
+              "{\n  \"a\": [1, 2],\n  \"b\": [],\n\n  \"d\": 3 }\n");
+    EXPECT_EQ(after([](WorldEdit& w) { return w.set("e", "5"); }),
+              "{\n  \"e\": 5,\n  \"a\": [1, 2],\n  \"b\": {\"c\": 1},\n\n  \"d\": 3 }\n");
+    Result<WorldEdit> alone = WorldEdit::of_text(R"({ "a": 1 })", "w");
+    ASSERT_TRUE(alone->remove("a"));
+    EXPECT_EQ(alone->text(), "{  }");
 }
 
 TEST(WorldEdit, AProgramStaysWhereItIs) {
