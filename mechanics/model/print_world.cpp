@@ -13,9 +13,9 @@
 #include "base/json.h"
 #include "base/json_text.h"
 #include "base/talking_program.h"
+#include "client/child.h"
+#include "client/fablet_compiler.h"
 #include "mechanics/messages.h"
-#include "tools/viewer/child.h"
-#include "tools/viewer/fablets.h"
 
 namespace openfab::mechanics {
 
@@ -26,14 +26,7 @@ namespace fs = std::filesystem;
 constexpr size_t kMostWorldBytes = 256'000'000;  // as a print takes them
 
 Result<void> run(const std::vector<std::string>& argv, const fs::path& folder) {
-    const fs::path err = folder / "print.err";
-    Result<std::unique_ptr<viewer::Child>> child =
-        viewer::Child::start(argv, folder / "print.out", err);
-    if (!child) return child.error();
-    const int code = (*child)->wait();
-    if (code == 0) return {};
-    constexpr int64_t kMostSaid = 64 << 10;
-    return viewer::relayed_error(viewer::end_of_file(err, kMostSaid), code);
+    return client::run(argv, folder / "print.out", folder / "print.err");
 }
 
 std::string numbers_text(const std::array<double, 3>& v) {
@@ -94,10 +87,10 @@ std::array<double, 3> three_of(const JsonValue& json, const char* key) {
 /// A world of a fablet alone, which has a material for each that it takes.
 Result<CellWorld> of_fablet(const fs::path& input, const fs::path& programs,
                             const fs::path& scratch) {
-    const viewer::FabletCompiler compiler(programs, scratch);
-    const Result<std::vector<viewer::Diagnostic>> checked = compiler.check(input);
+    const client::FabletCompiler compiler(programs, scratch);
+    const Result<std::vector<client::Diagnostic>> checked = compiler.check(input);
     if (!checked) return checked.error();
-    for (const viewer::Diagnostic& one : *checked)
+    for (const client::Diagnostic& one : *checked)
         if (one.severity == "error")
             return error_at({one.file.string(), one.line, one.column}, one.message);
     const auto described = compiler.describe(input);

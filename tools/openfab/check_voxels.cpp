@@ -15,38 +15,17 @@
 
 #include "base/json.h"
 #include "base/text.h"
+#include "client/child.h"
+#include "client/members.h"
+#include "client/print_words.h"
 #include "program/progress.h"
 #include "tools/openfab/messages.h"
-#include "tools/viewer/child.h"
 
 namespace openfab::tools {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-double number_of(const JsonValue& event, std::string_view key) {
-    const JsonMember* member = event.find(key);
-    return member != nullptr ? member->value.number : 0;
-}
-
-std::string text_of(const JsonValue& event, std::string_view key) {
-    const JsonMember* member = event.find(key);
-    return member != nullptr ? member->value.text : std::string();
-}
-
-/// Calls `with` for the events among the lines at the end of what a print said.
-template <typename With>
-void for_events(const std::string& text, const With& with) {
-    for (size_t begin = 0; begin < text.size();) {
-        const size_t end = std::min(text.find('\n', begin), text.size());
-        const std::string_view line = std::string_view(text).substr(begin, end - begin);
-        begin = end + 1;
-        if (!line.starts_with('{') || !line.ends_with('}')) continue;
-        const Result<JsonValue> event = parse_json(line, "progress");
-        if (event) with(text_of(*event, "event"), *event);
-    }
-}
 
 /// Shows how far a print is, once it turns out to take long.
 class Watch {
@@ -62,15 +41,13 @@ class Watch {
         looked_ = now;
         pipeline::ProgressEvent last;
         constexpr int64_t kMost = 1000;
-        for_events(viewer::end_of_file(file_, kMost),
-                   [&](const std::string& kind, const JsonValue& event) {
-                       if (kind != "progress") return;
-                       last.slices_done = static_cast<int32_t>(number_of(event, "slices_done"));
-                       last.slices_total = static_cast<int32_t>(number_of(event, "slices_total"));
-                       last.voxels_done = static_cast<int64_t>(number_of(event, "voxels_done"));
-                       last.voxels_total = static_cast<int64_t>(number_of(event, "voxels_total"));
-                       last.seconds = number_of(event, "seconds");
-                   });
+        if (const auto event = client::last_progress(client::end_of_file(file_, kMost))) {
+            last.slices_done = static_cast<int32_t>(client::number_member(*event, "slices_done"));
+            last.slices_total = static_cast<int32_t>(client::number_member(*event, "slices_total"));
+            last.voxels_done = static_cast<int64_t>(client::number_member(*event, "voxels_done"));
+            last.voxels_total = static_cast<int64_t>(client::number_member(*event, "voxels_total"));
+            last.seconds = client::number_member(*event, "seconds");
+        }
         if (last.slices_done > 0) progress_.update(last);
     }
 
@@ -79,23 +56,6 @@ class Watch {
     program::Progress progress_{program::ProgressMode::kAuto, stderr};
     std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now(), looked_;
 };
-
-/// Returns why a print failed: what it said last.
-Error failure(const std::string& said, int code) {
-    std::optional<Error> error;
-    for_events(said, [&](const std::string& kind, const JsonValue& event) {
-        if (kind != "error") return;
-        error = Error{code == 3 ? ErrorCode::kOutside : ErrorCode::kUserInput,
-                      text_of(event, "text"),
-                      text_of(event, "help"),
-                      {}};
-        error->location.file = text_of(event, "file");
-        error->location.line = static_cast<int32_t>(number_of(event, "line"));
-        error->location.column = static_cast<int32_t>(number_of(event, "column"));
-    });
-    // Before it executes the print, `openfab print` compiles, and says what is wrong as text.
-    return error ? *error : viewer::relayed_error(said, code);
-}
 
 }  // namespace
 
@@ -137,7 +97,7 @@ Result<std::optional<Grid>> print_for_check(const std::vector<std::string>& argv
     const fs::path err = fs::path(file).replace_extension(".err");
     std::error_code ignored;
     fs::remove(file, ignored);
-    auto child = viewer::Child::start(argv, out, err);
+    auto child = client::Child::start(argv, out, err);
     if (!child) return child.error();
     Watch watch(err);
     std::optional<Grid> grid;
@@ -158,7 +118,7 @@ Result<std::optional<Grid>> print_for_check(const std::vector<std::string>& argv
     }
     const int code = (*child)->wait();
     constexpr int64_t kMost = 20000;
-    if (code != 0) return failure(viewer::end_of_file(err, kMost), code);
+    if (code != 0) return client::print_error(client::end_of_file(err, kMost), code);
     if (!grid_is_taken()) return grid;
     return std::optional<Grid>();
 }

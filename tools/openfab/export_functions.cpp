@@ -18,6 +18,7 @@
 #include "base/polar.h"
 #include "base/say.h"
 #include "base/text.h"
+#include "client/child.h"
 #include "program/output_check.h"
 #include "tools/fields/fablet_ir.h"
 #include "tools/fields/field_model.h"
@@ -28,7 +29,6 @@
 #include "tools/openfab/field_package.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
-#include "tools/viewer/child.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -111,12 +111,7 @@ class FunctionsExport {
             (*programs / "openflc").string(), "emit", "--as", "ir", "--fablet", ref.fablet,
             as_argument(ref.source)};
         const std::filesystem::path out = folder_ / "fablet.ir", err = folder_ / "fablet.err";
-        auto child = viewer::Child::start(argv, out, err);
-        if (!child) return child.error();
-        if (const int code = (*child)->wait(); code != 0) {
-            constexpr int64_t kMost = 16'000;
-            return viewer::relayed_error(viewer::end_of_file(err, kMost), code);
-        }
+        if (const Result<void> done = client::run(argv, out, err); !done) return done.error();
         const Result<InputFile> file = InputFile::open(out);
         if (!file) return file.error();
         const Result<std::string> text = file->read_all(kLargestIr);

@@ -17,9 +17,9 @@
 #include "backends/raster/png_encode.h"
 #include "base/input_file.h"
 #include "base/json.h"
+#include "client/child.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
-#include "tools/viewer/child.h"
 
 namespace openfab::tools {
 
@@ -80,12 +80,9 @@ Result<FractionStack> print_fractions(const FractionPrint& print,
     for (const std::string& one : print.settings)
         argv.push_back("--set=" + one);
     const std::filesystem::path err = folder / "print.err";
-    auto child = viewer::Child::start(argv, folder / "print.out", err);
-    if (!child) return child.error();
-    if (const int code = (*child)->wait(); code != 0) {
-        constexpr int64_t kMost = 16'000;
-        return viewer::relayed_error(viewer::end_of_file(err, kMost), code);
-    }
+    if (const Result<void> done = client::run(argv, folder / "print.out", folder / "print.err");
+        !done)
+        return done.error();
     const Result<std::string> note =
         read_text_file(raster::array_json_path(stack.file), kLargestNote);
     if (!note) return note.error();

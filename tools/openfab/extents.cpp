@@ -11,10 +11,10 @@
 #include "base/own_folder.h"
 #include "base/polar.h"
 #include "base/talking_program.h"
+#include "client/child.h"
 #include "mesh/model/primitives.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
-#include "tools/viewer/child.h"
 #include "world/placed_box.h"
 
 namespace openfab::tools {
@@ -23,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int64_t kMostText = 4000;       // of errors
 constexpr size_t kMostExtents = 1 << 28;  // bytes
 
 /// Returns what the world's print program writes.
@@ -32,8 +31,7 @@ Result<JsonValue> ask(const std::string& file, const WorldOptions& options) {
     if (!programs) return programs.error();
     const auto folder = TemporaryFolder::create();
     if (!folder) return folder.error();
-    const fs::path out = (*folder)->path() / "extents.json",
-                   err = (*folder)->path() / "extents.err";
+    const fs::path out = (*folder)->path() / "extents.json";
     std::vector<std::string> argv{(*programs / "openfab").string(),
                                   "print",
                                   file,
@@ -46,11 +44,9 @@ Result<JsonValue> ask(const std::string& file, const WorldOptions& options) {
         argv.push_back(allow_argument(one));
     for (const std::string& one : options.settings)
         argv.push_back("--set=" + one);
-    const auto child = viewer::Child::start(argv, (*folder)->path() / "extents.out", err);
-    if (!child) return child.error();
-    if (const int code = (*child)->wait(); code != 0) {
-        return viewer::relayed_error(viewer::end_of_file(err, kMostText), code);
-    }
+    const Result<void> done =
+        client::run(argv, (*folder)->path() / "extents.out", (*folder)->path() / "extents.err");
+    if (!done) return done.error();
     const Result<std::string> text = read_text_file(out, kMostExtents);
     if (!text) return text.error();
     return parse_json(*text, out.string());

@@ -14,14 +14,15 @@
 #include <string>
 #include <utility>
 
+#include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/text.h"
+#include "client/fablet_compiler.h"
 #include "texture/cache.h"
 #include "texture/volume.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
-#include "tools/viewer/fablets.h"
 #include "world/texture_options.h"
 
 namespace openfab::tools {
@@ -99,7 +100,7 @@ class UniformKinds {
 
   private:
     std::unique_ptr<TemporaryFolder> scratch_;
-    std::optional<viewer::FabletCompiler> compiler_;
+    std::optional<client::FabletCompiler> compiler_;
     std::map<fs::path, std::map<std::string, JsonValue>> described_;
 };
 

@@ -8,11 +8,11 @@
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/units.h"
+#include "client/child.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
-#include "tools/viewer/child.h"
 
 namespace openfab::tools {
 
@@ -22,7 +22,7 @@ Result<void> run_view(ViewArguments arguments) {
     Result<std::filesystem::path> programs = program_folder();
     if (!programs) return programs.error();
     arguments.view.memory_bytes = *memory;
-    if (!arguments.memory.empty()) viewer::set_memory_of_programs(*memory);
+    if (!arguments.memory.empty()) client::set_memory_of_programs(*memory);
     arguments.view.programs = *programs;
     if (arguments.view.file.empty() == arguments.new_folder.empty())
         return usage_error(messages::kGiveAFile);

@@ -16,12 +16,12 @@
 #include "base/talking_program.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "client/child.h"
 #include "program/interrupt.h"
 #include "program/output_check.h"
 #include "tools/render/messages.h"
 #include "tools/render/optics.h"
 #include "tools/render/read_print.h"
-#include "tools/viewer/child.h"
 
 namespace openfab::render {
 
@@ -57,14 +57,7 @@ Result<void> print_world(const RenderOptions& options, const fs::path& folder,
     for (const std::string& one : options.settings)
         argv.insert(argv.end(), {"--set", one});
     if (!options.quiet) say(messages::kPrintingWorld);
-    const fs::path err = folder / "print.err";
-    Result<std::unique_ptr<viewer::Child>> child =
-        viewer::Child::start(argv, folder / "print.out", err);
-    if (!child) return child.error();
-    const int code = (*child)->wait();
-    if (code == 0) return {};
-    constexpr int64_t kMostBytes = 64 << 10;
-    return viewer::relayed_error(viewer::end_of_file(err, kMostBytes), code);
+    return client::run(argv, folder / "print.out", folder / "print.err");
 }
 
 Result<OpticsTable> read_optics(const std::string& file) {

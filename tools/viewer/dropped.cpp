@@ -17,9 +17,9 @@
 #include "base/own_folder.h"
 #include "base/replace_file.h"
 #include "base/text.h"
-#include "tools/viewer/child.h"
-#include "tools/viewer/fablets.h"
+#include "client/child.h"
 #include "tools/viewer/messages.h"
+#include "tools/viewer/source_text.h"
 #include "world/edit/world_edit.h"
 
 namespace openfab::viewer {
@@ -156,13 +156,13 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
                                   "--one-material",
                                   "--output",
                                   made.string()};
-    for (const std::string& word : memory_words())
+    for (const std::string& word : client::memory_words())
         argv.push_back(word);
-    Result<std::unique_ptr<Child>> child =
-        Child::start(argv, (*folder)->path() / "import.out", err);
+    Result<std::unique_ptr<client::Child>> child =
+        client::Child::start(argv, (*folder)->path() / "import.out", err);
     if (!child) return child.error();
     const int code = (*child)->wait();
-    const std::string words = end_of_file(err, kMostWords);
+    const std::string words = client::end_of_file(err, kMostWords);
     if (code != 0)
         return user_error(words.empty() ? messages::kImportFailed
                                         : words.substr(words.starts_with("error: ") ? 7 : 0));

@@ -9,8 +9,8 @@
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/talking_program.h"
+#include "client/print_words.h"
 #include "tools/viewer/messages.h"
-#include "tools/viewer/words.h"
 
 namespace openfab::viewer {
 
@@ -51,14 +51,14 @@ Result<void> FullPrint::begin(const fs::path& world, const std::vector<std::stri
                                   as_argument(output),
                                   "--progress",
                                   "json"};
-    for (const std::string& word : memory_words())
+    for (const std::string& word : client::memory_words())
         argv.push_back(word);
     for (const std::string& one : allow)
         argv.push_back(allow_argument(one));
     for (const std::string& setting : settings)
         argv.push_back("--set=" + setting);
-    Result<std::unique_ptr<Child>> child =
-        Child::start(argv, scratch_ / "full.out", scratch_ / "full.err");
+    Result<std::unique_ptr<client::Child>> child =
+        client::Child::start(argv, scratch_ / "full.out", scratch_ / "full.err");
     if (!child) return child.error();
     child_ = std::move(*child);
     output_ = output;
@@ -86,13 +86,13 @@ void FullPrint::describe(JsonText* out) {
         return;
     }
     const std::optional<int> code = child_ == nullptr ? std::optional<int>(1) : child_->exit_code();
-    const std::string err = end_of_file(scratch_ / "full.err", kTailBytes);
+    const std::string err = client::end_of_file(scratch_ / "full.err", kTailBytes);
     const char* phase = !code ? "printing" : stopped_ ? "stopped" : *code == 0 ? "done" : "failed";
     out->begin_object().member("phase", phase).member("file", output_.filename().string());
-    const std::optional<JsonValue> progress = last_progress(err);
+    const std::optional<JsonValue> progress = client::last_progress(err);
     for (const char* name : {"slices_done", "slices_total", "seconds_left"})
         out->member(name, progress ? number_of(*progress, name) : 0);
-    out->member("message", code ? words_of(err, *code == 0).all() : std::string());
+    out->member("message", code ? client::words_of(err, *code == 0).all() : std::string());
     out->end_object();
 }
 

@@ -13,7 +13,7 @@
 
 #include "base/json_text.h"
 #include "base/result.h"
-#include "tools/viewer/child.h"
+#include "client/child.h"
 
 namespace openfab::viewer {
 
@@ -37,7 +37,7 @@ class FullPrint {
   private:
     std::filesystem::path programs_, scratch_;
     std::mutex mutex_;
-    std::unique_ptr<Child> child_;
+    std::unique_ptr<client::Child> child_;
     std::filesystem::path output_;
     bool begun_ = false, stopped_ = false;
 };

@@ -16,6 +16,7 @@
 
 #include "base/json_text.h"
 #include "base/start_program.h"
+#include "client/messages.h"
 #include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
@@ -71,7 +72,8 @@ Result<void> GraphCompiler::start() {
     if (failed != 0) {
         process_ = 0;
         end();
-        return outside_error(fmt::format(messages::kCannotStart, program, std::strerror(failed)));
+        return outside_error(
+            fmt::format(client::messages::kCannotStart, program, std::strerror(failed)));
     }
     const Result<std::string> begun =
         exchange(R"({"jsonrpc":"2.0","id":0,"method":"initialize","params":{}})");

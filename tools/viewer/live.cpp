@@ -145,12 +145,12 @@ Live::Read Live::read() const {
     }
     std::map<fs::path, std::map<std::string, JsonValue>> described;
     for (const fs::path& source : made.sources) {
-        Result<std::vector<Diagnostic>> found = compiler_.check(source);
+        Result<std::vector<client::Diagnostic>> found = compiler_.check(source);
         if (!found) {
             made.message += found.error().text();
             continue;
         }
-        const bool broken = has_errors(*found);
+        const bool broken = client::has_errors(*found);
         made.diagnostics.insert(made.diagnostics.end(), found->begin(), found->end());
         if (broken) continue;
         Result<std::map<std::string, JsonValue>> all = compiler_.describe(source);
@@ -238,7 +238,7 @@ Result<std::string> Live::source(int32_t fablet) const {
 Result<std::string> Live::check(int32_t fablet, const std::string& text) {
     const Result<Source> of = source_of(fablet);
     if (!of) return of.error();
-    Result<std::vector<Diagnostic>> found = std::vector<Diagnostic>();
+    Result<std::vector<client::Diagnostic>> found = std::vector<client::Diagnostic>();
     {
         const std::lock_guard lock(check_mutex_);
         found = page_compiler_.check_text(of->path, text);

@@ -20,17 +20,18 @@
 
 #include "base/own_folder.h"
 #include "base/result.h"
-#include "tools/viewer/child.h"
+#include "client/child.h"
+#include "client/fablet_compiler.h"
+#include "client/print_words.h"
 #include "tools/viewer/dropped.h"
-#include "tools/viewer/fablets.h"
 #include "tools/viewer/full_print.h"
 #include "tools/viewer/graph_compiler.h"
 #include "tools/viewer/node_look.h"
 #include "tools/viewer/part_finder.h"
 #include "tools/viewer/prober.h"
 #include "tools/viewer/session.h"
+#include "tools/viewer/source_text.h"
 #include "tools/viewer/view.h"
-#include "tools/viewer/words.h"
 #include "world/world.h"
 
 namespace openfab::viewer {
@@ -119,7 +120,7 @@ class Live {
         std::vector<std::filesystem::path> sources;
         std::vector<std::filesystem::path> roots;    ///< below which they must stay
         std::map<std::string, JsonValue> described;  ///< by the world's name of the fablet
-        std::vector<Diagnostic> diagnostics;
+        std::vector<client::Diagnostic> diagnostics;
         std::string message;
         std::map<std::filesystem::path, std::filesystem::file_time_type> times;
     };
@@ -137,7 +138,7 @@ class Live {
     std::filesystem::path statistics_file() const;
     /// Whether the print has made its slices; its process may still compile what the next one culls by.
     bool print_is_whole() const;
-    void set_phase(Phase phase, const PrintWords& words);
+    void set_phase(Phase phase, const client::PrintWords& words);
     void describe_object(const world::Object& object, JsonText* out) const;
     struct Source {
         std::filesystem::path path;
@@ -157,8 +158,8 @@ class Live {
     ViewOptions options_;
     Session* session_;
     std::unique_ptr<TemporaryFolder> folder_;
-    FabletCompiler compiler_;       ///< of the loop
-    FabletCompiler page_compiler_;  ///< of check(), with an output of its own
+    client::FabletCompiler compiler_;       ///< of the loop
+    client::FabletCompiler page_compiler_;  ///< of check(), with an output of its own
     std::mutex check_mutex_;
     GraphCompiler graphs_;
     Prober prober_;
@@ -193,7 +194,7 @@ class Live {
     std::vector<std::string> shown_settings_;  ///< of the print in view
 
     // Of the loop's thread alone.
-    std::unique_ptr<Child> child_;
+    std::unique_ptr<client::Child> child_;
     bool is_over_ = false;  ///< the print, while its process compiles on
     int64_t number_ = 0;
     std::shared_ptr<const Trial> printed_trial_;

@@ -115,7 +115,7 @@ Answer post(Live* live, const std::string& path, Body body) {
         const std::string uniform = body.text("uniform");
         const JsonValue& value = body.value("value");
         if (!body.failed().empty()) return refusal(400, body.failed());
-        if (static_cast<int64_t>(text.size()) > kLargestSource)
+        if (static_cast<int64_t>(text.size()) > client::kLargestSource)
             return refusal(413, messages::kTooLargeForFablet);
         return answer_of(live->try_value(fablet, text, name, uniform, value));
     }
@@ -123,7 +123,7 @@ Answer post(Live* live, const std::string& path, Body body) {
     const bool acts = is_graph(path) && path != "/api/graph" && path != "/api/palette";
     const JsonValue* action = acts ? &body.value("action") : nullptr;
     if (!body.failed().empty()) return refusal(400, body.failed());
-    if (static_cast<int64_t>(text.size()) > kLargestSource)
+    if (static_cast<int64_t>(text.size()) > client::kLargestSource)
         return refusal(413, messages::kTooLargeForFablet);
     if (path == "/api/look") return answer_of(live->look(fablet, text, *action));
     if (is_graph(path)) return answer_of(live->graph(path.substr(5), fablet, text, action));

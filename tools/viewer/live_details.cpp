@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "tools/viewer/fablets.h"
 #include "tools/viewer/live.h"
+#include "tools/viewer/source_text.h"
 #include "tools/viewer/uniform_value.h"
 
 namespace openfab::viewer {

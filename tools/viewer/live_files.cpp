@@ -152,12 +152,12 @@ Result<void> Live::use_template(const std::string& name) {
         TemporaryFolder::create(folder_->path());
     if (!folder) return folder.error();
     const fs::path err = (*folder)->path() / "new.err";
-    Result<std::unique_ptr<Child>> child =
-        Child::start({(options_.programs / "openfab").string(), "new",
-                      ((*folder)->path() / stem).string(), "--template", name},
-                     (*folder)->path() / "new.out", err);
+    Result<std::unique_ptr<client::Child>> child =
+        client::Child::start({(options_.programs / "openfab").string(), "new",
+                              ((*folder)->path() / stem).string(), "--template", name},
+                             (*folder)->path() / "new.out", err);
     if (!child) return child.error();
-    if ((*child)->wait() != 0) return user_error(end_of_file(err, kMostWords));
+    if ((*child)->wait() != 0) return user_error(client::end_of_file(err, kMostWords));
     const Result<WorldLock> alone = WorldLock::take(&files_mutex_, world);
     if (!alone) return alone.error();
     for (const char* suffix : {".fl", ".fab.json"}) {

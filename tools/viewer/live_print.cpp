@@ -52,7 +52,7 @@ void Live::begin_print() {
         const std::lock_guard lock(mutex_);
         is_over_ = false;
         slices_done_ = slices_total_ = 0;
-        if (!read_.message.empty() || has_errors(read_.diagnostics)) {
+        if (!read_.message.empty() || client::has_errors(read_.diagnostics)) {
             phase_ = Phase::kFailed;
             message_ = remaining_message_ = read_.message;
             ++version_;
@@ -72,7 +72,7 @@ void Live::begin_print() {
              {"--output=" + preview_.string(), std::string("--progress=json"),
               fmt::format("--draft={}", draft_), "--stats=" + statistics_file().string()})
             argv.push_back(word);
-        for (const std::string& word : memory_words())
+        for (const std::string& word : client::memory_words())
             argv.push_back(word);
         for (const std::string& folder : options_.allow)
             argv.push_back(allow_argument(folder));
@@ -87,8 +87,8 @@ void Live::begin_print() {
     std::error_code ignored;
     fs::remove(statistics_file(), ignored);
     set_phase(Phase::kPrinting, {});
-    Result<std::unique_ptr<Child>> child =
-        Child::start(argv, folder_->path() / "print.out", folder_->path() / "print.err");
+    Result<std::unique_ptr<client::Child>> child =
+        client::Child::start(argv, folder_->path() / "print.out", folder_->path() / "print.err");
     if (child) {
         child_ = std::move(*child);
     } else {
@@ -124,8 +124,8 @@ void Live::show_preview() {
 void Live::follow_print() {
     if (child_ == nullptr) return;
     const std::optional<int> code = child_->exit_code();
-    const std::string err = end_of_file(folder_->path() / "print.err", kTailBytes);
-    if (const std::optional<JsonValue> progress = last_progress(err)) {
+    const std::string err = client::end_of_file(folder_->path() / "print.err", kTailBytes);
+    if (const std::optional<JsonValue> progress = client::last_progress(err)) {
         const JsonValue* done = member_of(*progress, "slices_done");
         const JsonValue* total = member_of(*progress, "slices_total");
         const int32_t slices = done != nullptr ? static_cast<int32_t>(done->number) : 0;
@@ -139,7 +139,7 @@ void Live::follow_print() {
     const bool first = session_->prints().list.empty() && slices_done_ > 0;
     if ((fine || first) && shown_ != preview_) show_preview();
     if (fine && !is_over_) {
-        const double speed = speed_of(end_of_file(statistics_file(), kTailBytes));
+        const double speed = speed_of(client::end_of_file(statistics_file(), kTailBytes));
         {
             const std::lock_guard lock(mutex_);
             // What a change costs is told of texts that stay.
@@ -149,7 +149,7 @@ void Live::follow_print() {
             }
         }
         is_over_ = true;
-        set_phase(Phase::kDone, words_of(err, true));
+        set_phase(Phase::kDone, client::words_of(err, true));
     }
     if (!code) return;
     child_.reset();
@@ -158,7 +158,7 @@ void Live::follow_print() {
         fs::remove(preview_, ignored);
     }
     // What came last, as well.
-    const PrintWords words = words_of(err, fine);
+    const client::PrintWords words = client::words_of(err, fine);
     if (!fine || words.all() != message_) set_phase(fine ? Phase::kDone : Phase::kFailed, words);
 }
 
@@ -177,15 +177,15 @@ void Live::tell_of_change() {
     told_.notify_all();
 }
 
-void Live::set_phase(Phase phase, const PrintWords& words) {
+void Live::set_phase(Phase phase, const client::PrintWords& words) {
     const std::lock_guard lock(mutex_);
     if (phase != Phase::kChecking) ++version_;
     phase_ = phase;
     message_ = words.all();
-    PrintWords remaining{words.text, {}};
+    client::PrintWords remaining{words.text, {}};
     for (Override& one : overrides_)
         one.trouble.clear();
-    for (const SettingError& error : words.settings) {
+    for (const client::SettingError& error : words.settings) {
         const auto of =
             std::find_if(overrides_.begin(), overrides_.end(),
                          [&](const Override& one) { return one.setting() == error.setting; });

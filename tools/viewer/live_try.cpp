@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "tools/viewer/fablets.h"
+#include "client/fablet_compiler.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/messages.h"
 #include "tools/viewer/uniform_value.h"
@@ -30,7 +30,7 @@ Result<std::string> Live::try_value(int32_t fablet, const std::string& text,
         Result<std::unique_ptr<TemporaryFolder>> folder =
             TemporaryFolder::create(folder_->path() / "tried");
         if (!folder) return folder.error();
-        Result<std::filesystem::path> file = put_source((*folder)->path(), of->path, text);
+        Result<std::filesystem::path> file = client::put_source((*folder)->path(), of->path, text);
         if (!file) return file.error();
         trial =
             std::make_shared<Trial>(Trial{of->path, text, std::move(*file), std::move(*folder)});

@@ -15,8 +15,8 @@
 #include "base/own_folder.h"
 #include "base/talking_program.h"
 #include "base/vec.h"
-#include "tools/viewer/child.h"
-#include "tools/viewer/fablets.h"
+#include "client/child.h"
+#include "client/fablet_compiler.h"
 #include "tools/viewer/look_picture.h"
 #include "tools/viewer/messages.h"
 #include "tools/viewer/printed_values.h"
@@ -111,8 +111,8 @@ Result<std::string> NodeLooker::look(const Look& of, const JsonValue& printed) {
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create(scratch_);
     if (!folder) return folder.error();
     const JsonValue* text = member_of(printed, "text");
-    const Result<fs::path> source =
-        put_source((*folder)->path(), of.source, text == nullptr ? std::string() : text->text);
+    const Result<fs::path> source = client::put_source(
+        (*folder)->path(), of.source, text == nullptr ? std::string() : text->text);
     if (!source) return source.error();
     std::vector<std::string> argv{(programs_ / "openflc").string(), "run", "--prints",
                                   fmt::format("--print-lines={}", kMostLines)};
@@ -140,18 +140,18 @@ Result<std::string> NodeLooker::look(const Look& of, const JsonValue& printed) {
         argv.push_back("--set=" + setting);
     const fs::path out = (*folder)->path() / "look.out";
     const fs::path err = (*folder)->path() / "look.err";
-    for (const std::string& word : memory_words())
+    for (const std::string& word : client::memory_words())
         argv.push_back(word);
-    Result<std::unique_ptr<Child>> child = Child::start(argv, out, err);
+    Result<std::unique_ptr<client::Child>> child = client::Child::start(argv, out, err);
     if (!child) return child.error();
     if ((*child)->wait() != 0) {
-        const std::string words = end_of_file(err, kMostWords);
+        const std::string words = client::end_of_file(err, kMostWords);
         const size_t error = words.find("error: ");
         return user_error(words.empty() ? messages::kRunFailed
                                         : words.substr(error == std::string::npos ? 0 : error));
     }
     PrintedValues read(printed);
-    read.read(end_of_file(err, kMostOutput));
+    read.read(client::end_of_file(err, kMostOutput));
     const bool is_curve = of.over == LookOver::kLine;
     const bool is_picture = of.over == LookOver::kSlice || of.over == LookOver::kSurface;
     const std::vector<Vec3d> none;

@@ -12,7 +12,7 @@
 #include "base/json.h"
 #include "base/json_text.h"
 #include "base/talking_program.h"
-#include "tools/viewer/child.h"
+#include "client/child.h"
 #include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
@@ -57,15 +57,16 @@ Result<std::vector<double>> Prober::fractions(const ProbedWorld& world,
         argv.push_back("--set=" + setting);
     const std::lock_guard lock(mutex_);
     const std::filesystem::path out = scratch_ / "probe.out", err = scratch_ / "probe.err";
-    for (const std::string& word : memory_words())
+    for (const std::string& word : client::memory_words())
         argv.push_back(word);
-    Result<std::unique_ptr<Child>> child = Child::start(argv, out, err);
+    Result<std::unique_ptr<client::Child>> child = client::Child::start(argv, out, err);
     if (!child) return child.error();
     if ((*child)->wait() != 0) {
-        const std::string text = end_of_file(err, kMostOutput);
+        const std::string text = client::end_of_file(err, kMostOutput);
         return user_error(text.empty() ? messages::kProbeFailed : text);
     }
-    const Result<JsonValue> json = parse_json(end_of_file(out, kMostOutput), "openfab print");
+    const Result<JsonValue> json =
+        parse_json(client::end_of_file(out, kMostOutput), "openfab print");
     if (!json) return json.error();
     const JsonValue* provenance = member_of(*json, "provenance");
     const JsonValue* fractions = member_of(*json, "fractions");

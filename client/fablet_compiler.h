@@ -11,10 +11,12 @@
 #include <vector>
 
 #include "base/json.h"
-#include "base/json_text.h"
 #include "base/result.h"
 
-namespace openfab::viewer {
+namespace openfab::client {
+
+/// The largest source that is read or written.
+constexpr int64_t kLargestSource = 2 << 20;
 
 struct Diagnostic {
     std::filesystem::path file;
@@ -52,19 +54,4 @@ Result<std::filesystem::path> put_source(const std::filesystem::path& folder,
 /// Whether any is an error.
 bool has_errors(const std::vector<Diagnostic>& diagnostics);
 
-/// Writes them as an array. `sources` are the files that the page knows by number; -1 is another.
-void write_diagnostics(const std::vector<Diagnostic>& diagnostics,
-                       const std::vector<std::filesystem::path>& sources, JsonText* out);
-
-/// The largest source that is read or written.
-constexpr int64_t kLargestSource = 2 << 20;
-
-/// Reads a file below one of `roots`, if there are any: what was a file of the world when that was
-/// loaded may have become a link to another since.
-Result<std::string> read_source(const std::filesystem::path& file,
-                                const std::vector<std::filesystem::path>& roots = {});
-
-/// Returns by what the page knows whether a source is still what it has read.
-std::string stamp_of(const std::string& text);
-
-}  // namespace openfab::viewer
+}  // namespace openfab::client

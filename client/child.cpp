@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/viewer/child.h"
+#include "client/child.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -20,9 +20,9 @@
 #include "base/say.h"
 #include "base/start_program.h"
 #include "base/system_reason.h"
-#include "tools/viewer/messages.h"
+#include "client/messages.h"
 
-namespace openfab::viewer {
+namespace openfab::client {
 
 namespace {
 
@@ -113,6 +113,16 @@ std::vector<std::string> memory_words() {
     return {fmt::format("--memory={}B", std::max(all - resident_bytes(), kLeast))};
 }
 
+Result<void> run(const std::vector<std::string>& argv, const std::filesystem::path& out,
+                 const std::filesystem::path& err) {
+    const Result<std::unique_ptr<Child>> child = Child::start(argv, out, err);
+    if (!child) return child.error();
+    const int code = (*child)->wait();
+    if (code == 0) return {};
+    constexpr int64_t kMostSaid = 64 << 10;
+    return relayed_error(end_of_file(err, kMostSaid), code);
+}
+
 Error relayed_error(const std::string& said, int code) {
     // From the line that has the error on; what was said before are notes of its own.
     const size_t at = said.rfind("error: ");
@@ -140,4 +150,4 @@ std::string end_of_file(const std::filesystem::path& file, int64_t most) {
     return text;
 }
 
-}  // namespace openfab::viewer
+}  // namespace openfab::client

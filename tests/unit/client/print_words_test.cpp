@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/viewer/words.h"
+#include "client/print_words.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "program/progress.h"
 
-namespace openfab::viewer {
+namespace openfab::client {
 namespace {
 
 /// Returns what a print with `--progress json` writes of an error.
@@ -58,5 +58,22 @@ TEST(PrintWords, OfAPrintThatWentWellTheWarningsAlone) {
     EXPECT_TRUE(words.settings.empty());
 }
 
+TEST(PrintWords, TheLastErrorOfAPrintIsWhyItFailed) {
+    const std::string err =
+        "{\"event\": \"error\", \"text\": \"first\"}\n"
+        "{\"event\": \"error\", \"text\": \"last\", \"help\": \"do\", \"file\": \"w.json\", "
+        "\"line\": 3, "
+        "\"column\": 4}\n{\"event\": \"warning\", \"text\": \"behind\"}\n";
+    const Error error = client::print_error(err, exit_code(ErrorCode::kUserInput));
+    EXPECT_EQ(error.text(), "w.json:3:4: last; do");
+    EXPECT_EQ(error.code, ErrorCode::kUserInput);
+    EXPECT_EQ(client::print_error(err, exit_code(ErrorCode::kOutside)).code, ErrorCode::kOutside);
+    // Words without events are relayed, and the error keeps the code.
+    EXPECT_EQ(client::print_error("", exit_code(ErrorCode::kUsage)).code, ErrorCode::kUsage);
+    EXPECT_EQ(
+        client::print_error("{\"event\": \"error\", ", exit_code(ErrorCode::kUserInput)).message,
+        "");
+}
+
 }  // namespace
-}  // namespace openfab::viewer
+}  // namespace openfab::client

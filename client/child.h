@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// A program that runs beside the server, with its output in files. It sees none of the server's
-// connections, and ends with the server.
+// A program that runs beside this one, with its output in files. It sees none of this one's
+// connections, and ends with it.
 
 #include <sys/types.h>
 
@@ -18,7 +18,7 @@
 
 #include "base/result.h"
 
-namespace openfab::viewer {
+namespace openfab::client {
 
 class Child {
   public:
@@ -45,10 +45,14 @@ class Child {
     std::thread thread_;
 };
 
-/// Bounds what programs of the viewer take that have a budget; 0, the default: they choose.
+/// Bounds what programs that are started here take that have a budget; 0, the default: they choose.
 void set_memory_of_programs(int64_t bytes);
 /// Returns the word of a command line with what is left of that for one that starts now; none without a bound.
 std::vector<std::string> memory_words();
+
+/// Runs a program of ours to its end; `out` and `err` are replaced. Relays why it failed.
+Result<void> run(const std::vector<std::string>& argv, const std::filesystem::path& out,
+                 const std::filesystem::path& err);
 
 /// Says what a program of ours that ended with `code` said last, and returns an error of that kind that has nothing to
 /// add: what it said has the form of our messages, with its place in a file.
@@ -57,4 +61,4 @@ Error relayed_error(const std::string& said, int code);
 /// Returns up to `most` bytes of the end of a file; empty where it cannot be read.
 std::string end_of_file(const std::filesystem::path& file, int64_t most);
 
-}  // namespace openfab::viewer
+}  // namespace openfab::client

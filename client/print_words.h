@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "base/json.h"
+#include "base/result.h"
 
-namespace openfab::viewer {
+namespace openfab::client {
 
 /// An error about a `--set`.
 struct SettingError {
@@ -29,7 +30,11 @@ struct PrintWords {
 /// Reads what a print has written; of one that went well, the warnings alone.
 PrintWords words_of(const std::string& err, bool went_well);
 
+/// Returns why a print with --progress json ended with `code`: the last error of what it has written. Before it prints,
+/// `openfab print` compiles, and says what is wrong as text, which is relayed.
+Error print_error(const std::string& err, int code);
+
 /// The last report of --progress json that is whole.
 std::optional<JsonValue> last_progress(const std::string& err);
 
-}  // namespace openfab::viewer
+}  // namespace openfab::client

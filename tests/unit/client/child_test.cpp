@@ -3,16 +3,16 @@
 
 // Programs that the viewer and mechanics start, and what is said where that fails.
 
-#include "tools/viewer/child.h"
+#include "client/child.h"
 
 #include <gmock/gmock.h>
 
 #include "base/clock.h"
+#include "client/messages.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
-#include "tools/viewer/messages.h"
 
-namespace openfab::viewer {
+namespace openfab::client {
 namespace {
 
 using testing::ScratchFolder;
@@ -56,4 +56,4 @@ TEST(Child, ProgramsGetWhatIsLeftOfTheMemory) {
 }
 
 }  // namespace
-}  // namespace openfab::viewer
+}  // namespace openfab::client

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/viewer/words.h"
+#include "client/print_words.h"
 
 #include <algorithm>
 #include <string_view>
@@ -8,28 +8,23 @@
 
 #include "base/caret.h"
 #include "base/json_text.h"
-#include "base/result.h"
+#include "client/child.h"
+#include "client/members.h"
 
-namespace openfab::viewer {
+namespace openfab::client {
 
 namespace {
 
-const std::string& text_of(const JsonValue& event, std::string_view key) {
-    static const std::string kNone;
-    const JsonValue* member = member_of(event, key);
-    return member != nullptr ? member->text : kNone;
-}
-
-int32_t number_of(const JsonValue& event, std::string_view key) {
-    const JsonValue* member = member_of(event, key);
-    return member != nullptr ? static_cast<int32_t>(member->number) : 0;
+Error error_of(const JsonValue& event) {
+    const SourceLocation location{text_member(event, "file"),
+                                  static_cast<int32_t>(number_member(event, "line")),
+                                  static_cast<int32_t>(number_member(event, "column"))};
+    return error_at(location, text_member(event, "text"), text_member(event, "help"));
 }
 
 void add_error(const JsonValue& event, PrintWords* words) {
-    const std::string& setting = text_of(event, "setting");
-    const SourceLocation location{text_of(event, "file"), number_of(event, "line"),
-                                  number_of(event, "column")};
-    const Error error = error_at(location, text_of(event, "text"), text_of(event, "help"));
+    const std::string setting = text_member(event, "setting");
+    const Error error = error_of(event);
     if (setting.empty()) {
         words->text += render_error(error);
     } else {
@@ -58,11 +53,23 @@ PrintWords words_of(const std::string& err, bool went_well) {
         }
         const Result<JsonValue> event = parse_json(line, "event");
         if (!event) continue;
-        const std::string& kind = text_of(*event, "event");
-        if (kind == "warning") words.text += "warning: " + text_of(*event, "text") + '\n';
+        const std::string kind = text_member(*event, "event");
+        if (kind == "warning") words.text += "warning: " + text_member(*event, "text") + '\n';
         if (kind == "error" && !went_well) add_error(*event, &words);
     }
     return words;
+}
+
+Error print_error(const std::string& err, int code) {
+    const size_t from = err.rfind("{\"event\": \"error\"");
+    if (from == std::string::npos) return relayed_error(err, code);
+    const Result<JsonValue> event =
+        parse_json(std::string_view(err).substr(from, err.find('\n', from) - from), "error");
+    if (!event) return relayed_error(err, code);
+    Error error = error_of(*event);
+    error.code =
+        code == exit_code(ErrorCode::kOutside) ? ErrorCode::kOutside : ErrorCode::kUserInput;
+    return error;
 }
 
 std::optional<JsonValue> last_progress(const std::string& err) {
@@ -75,4 +82,4 @@ std::optional<JsonValue> last_progress(const std::string& err) {
     return read ? std::optional(std::move(*read)) : std::nullopt;
 }
 
-}  // namespace openfab::viewer
+}  // namespace openfab::client

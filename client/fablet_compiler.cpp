@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/viewer/fablets.h"
+#include "client/fablet_compiler.h"
 
 #include <fmt/format.h>
 
@@ -9,13 +9,13 @@
 #include <memory>
 #include <utility>
 
-#include "base/hash.h"
 #include "base/input_file.h"
 #include "base/own_folder.h"
-#include "tools/viewer/child.h"
-#include "tools/viewer/messages.h"
+#include "client/child.h"
+#include "client/members.h"
+#include "client/messages.h"
 
-namespace openfab::viewer {
+namespace openfab::client {
 
 namespace {
 
@@ -24,21 +24,14 @@ namespace fs = std::filesystem;
 constexpr int64_t kLargestOutput = 4 << 20;
 constexpr int kMostModules = 200;
 
-std::string text_of(const JsonValue& object, const char* name) {
-    const JsonValue* value = member_of(object, name);
-    return value != nullptr ? value->text : std::string();
-}
-
-int32_t number_of(const JsonValue& object, const char* name) {
-    const JsonValue* value = member_of(object, name);
-    return value != nullptr ? static_cast<int32_t>(value->number) : 0;
-}
-
 Diagnostic diagnostic_of(const JsonValue& read) {
-    Diagnostic made{text_of(read, "file"),        text_of(read, "severity"),
-                    text_of(read, "message"),     number_of(read, "line"),
-                    number_of(read, "column"),    number_of(read, "end_line"),
-                    number_of(read, "end_column")};
+    Diagnostic made{text_member(read, "file"),
+                    text_member(read, "severity"),
+                    text_member(read, "message"),
+                    static_cast<int32_t>(number_member(read, "line")),
+                    static_cast<int32_t>(number_member(read, "column")),
+                    static_cast<int32_t>(number_member(read, "end_line")),
+                    static_cast<int32_t>(number_member(read, "end_column"))};
     if (const JsonValue* help = member_of(read, "help"); help != nullptr) {
         for (const JsonValue& line : help->items)
             made.help.push_back(line.text);
@@ -129,7 +122,7 @@ Result<std::map<std::string, JsonValue>> FabletCompiler::describe(const fs::path
     std::map<std::string, JsonValue> made;
     if (const JsonValue* list = member_of(*read, "fablets"); list != nullptr) {
         for (const JsonValue& fablet : list->items)
-            made.emplace(text_of(fablet, "name"), fablet);
+            made.emplace(text_member(fablet, "name"), fablet);
     }
     return made;
 }
@@ -139,39 +132,4 @@ bool has_errors(const std::vector<Diagnostic>& diagnostics) {
                        [](const Diagnostic& one) { return one.severity == "error"; });
 }
 
-void write_diagnostics(const std::vector<Diagnostic>& diagnostics,
-                       const std::vector<fs::path>& sources, JsonText* out) {
-    out->begin_array();
-    for (const Diagnostic& one : diagnostics) {
-        const auto found =
-            std::find_if(sources.begin(), sources.end(), [&](const fs::path& source) {
-                return source.lexically_normal() == one.file.lexically_normal();
-            });
-        const auto number = static_cast<int32_t>(found - sources.begin());
-        out->begin_object().member("fablet", found == sources.end() ? -1 : number);
-        out->member("file", one.file.filename().string());
-        out->member("severity", one.severity).member("message", one.message);
-        out->member("line", one.line).member("column", one.column);
-        out->member("end_line", one.end_line).member("end_column", one.end_column);
-        out->key("help").begin_array();
-        for (const std::string& line : one.help)
-            out->value(line);
-        out->end_array().end_object();
-    }
-    out->end_array();
-}
-
-Result<std::string> read_source(const fs::path& file, const std::vector<fs::path>& roots) {
-    const Result<InputFile> opened = InputFile::open(file, roots);
-    if (!opened)
-        return with_context(opened.error(), fmt::format(messages::kCannotRead, file.string()));
-    Result<std::string> text = opened->read_all(kLargestSource);
-    if (!text) return with_context(text.error(), fmt::format(messages::kCannotRead, file.string()));
-    return text;
-}
-
-std::string stamp_of(const std::string& text) {
-    return fmt::format("{:016x}", xxh3(text));
-}
-
-}  // namespace openfab::viewer
+}  // namespace openfab::client
