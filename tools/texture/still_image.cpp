@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <string_view>
 #include <vector>
 
@@ -294,14 +295,38 @@ Result<void> StillImage::each_stored_row(
     const auto row_floats = static_cast<size_t>(s.width) * static_cast<size_t>(s.nchannels);
     const int step = band_rows();
     std::vector<float> rows(row_floats * static_cast<size_t>(step));
+    // As they are stored: for numbers that it converts the library takes memory of its own, for 256 lines at least.
+    const size_t stored_row = s.scanline_bytes(true);
+    std::vector<std::byte> stored(s.tile_width > 0 ? 0 : stored_row * static_cast<size_t>(step));
+    const auto read_lines = [&](int begin, int end) {
+        if (!input_->read_scanlines(subimage_, 0, s.y + begin, s.y + end, s.z, 0, s.nchannels,
+                                    OIIO::TypeDesc::UNKNOWN, stored.data()))
+            return false;
+        const auto pixel = static_cast<OIIO::stride_t>(s.pixel_bytes(true));
+        const auto convert = [&](int channels, OIIO::TypeDesc type, size_t from, int to) {
+            constexpr OIIO::stride_t kFloat = sizeof(float);
+            return OIIO::convert_image(channels, s.width, end - begin, 1, stored.data() + from,
+                                       type, pixel, static_cast<OIIO::stride_t>(stored_row),
+                                       OIIO::AutoStride, rows.data() + to, OIIO::TypeDesc::FLOAT,
+                                       kFloat * s.nchannels, kFloat * s.nchannels * s.width,
+                                       OIIO::AutoStride);
+        };
+        if (s.channelformats.empty()) return convert(s.nchannels, s.format, 0, 0);
+        size_t from = 0;
+        for (int c = 0; c < s.nchannels; ++c) {
+            const OIIO::TypeDesc type = s.channelformat(c);
+            if (!convert(1, type, from, c)) return false;
+            from += type.size();
+        }
+        return true;
+    };
     for (int begin = 0; begin < s.height; begin += step) {
         const int end = std::min(begin + step, s.height);
         const bool read =
             s.tile_width > 0
                 ? input_->read_tiles(subimage_, 0, s.x, s.x + s.width, s.y + begin, s.y + end, s.z,
                                      s.z + 1, 0, s.nchannels, OIIO::TypeDesc::FLOAT, rows.data())
-                : input_->read_scanlines(subimage_, 0, s.y + begin, s.y + end, s.z, 0, s.nchannels,
-                                         OIIO::TypeDesc::FLOAT, rows.data());
+                : read_lines(begin, end);
         // It returns true for strips that it could not read.
         if (!read || input_->has_error()) return trouble(input_->geterror());
         for (int y = begin; y < end; ++y) {
