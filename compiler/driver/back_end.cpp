@@ -78,7 +78,8 @@ passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions
     passes::PipelineOptions pipeline;
     pipeline.disabled.insert(options.disabled.begin(), options.disabled.end());
     if (!options.dump_after.empty()) {
-        pipeline.after = [&](const std::string& pass, const ir::Stage& stage) {
+        pipeline.after = [&](const std::string& pass, const ir::Stage& stage,
+                             const std::string& /*reason*/) {
             if (pass != options.dump_after) return;
             say(fmt::format("# {} after {}\n{}", fablet.name, pass, ir::dump(stage)));
         };

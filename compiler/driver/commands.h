@@ -42,6 +42,9 @@ int describe_file(const std::string& file, const CommonOptions& common);
 /// `emit`: prints a stage in one of the compiler's forms. (emit.cpp)
 int emit(const EmitOptions& options, const CommonOptions& common);
 
+/// `passes`: writes a page with the IR of a fablet after each pass. (passes.cpp)
+int show_passes(const PassesOptions& options, const CommonOptions& common);
+
 /// `build`: writes a print program. (build.cpp)
 int build(const BuildOptions& options, const CommonOptions& common);
 

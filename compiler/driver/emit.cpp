@@ -8,6 +8,7 @@
 
 #include "base/say.h"
 #include "compiler/driver/commands.h"
+#include "compiler/driver/find_fablet.h"
 #include "compiler/frontend/frontend.h"
 #include "compiler/ir/grows.h"
 #include "compiler/syntax/parser.h"
@@ -45,6 +46,8 @@ int emit_syntax(const EmitOptions& options, const CommonOptions& common) {
     return sink.errors() == 0 ? kExitDone : kExitUserInput;
 }
 
+}  // namespace
+
 const ir::Fablet* find_fablet(const ir::Module& module, const std::string& name,
                               std::string* fault) {
     std::string list;
@@ -57,8 +60,6 @@ const ir::Fablet* find_fablet(const ir::Module& module, const std::string& name,
                  : "the file has no fablet `" + name + "`; it has " + list;
     return nullptr;
 }
-
-}  // namespace
 
 int emit(const EmitOptions& options, const CommonOptions& common) {
     if (options.form == "tokens" || options.form == "ast") return emit_syntax(options, common);

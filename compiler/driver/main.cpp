@@ -119,13 +119,33 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     });
 }
 
+std::vector<std::string> optional_passes() {
+    std::vector<std::string> out;
+    for (const passes::PassName& pass : passes::pass_names())
+        if (pass.optional) out.emplace_back(pass.name);
+    return out;
+}
+
+void add_passes(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "passes", "Write a page with a fablet's stages after each of the compiler's passes");
+    auto options = std::make_shared<PassesOptions>();
+    command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
+    command->add_option("-o,--output", options->output, "the page, for a browser")
+        ->capture_default_str();
+    command->add_option("--fablet", options->fablet, "the fablet to show, if the file has several");
+    command->add_option("--no-pass", options->disabled, "leave a pass out")
+        ->check(CLI::IsMember(optional_passes()));
+    command->add_flag("--prints", options->enable_printf, "compile `printf` and `assert` in");
+    command->callback([options, &common, action] {
+        *action = [options, &common] { return show_passes(*options, common); };
+    });
+}
+
 void add_compilation_options(CLI::App* command, CompilationOptions* options) {
     std::vector<std::string> all;
-    std::vector<std::string> optional;
-    for (const passes::PassName& pass : passes::pass_names()) {
+    for (const passes::PassName& pass : passes::pass_names())
         all.emplace_back(pass.name);
-        if (pass.optional) optional.emplace_back(pass.name);
-    }
     command->add_option("--jobs", options->threads, "kernels compiled at once; 0: all cores")
         ->check(CLI::Range(0, 1024));
     command->add_flag("--prints", options->enable_printf, "compile `printf` and `assert` in");
@@ -143,7 +163,7 @@ void add_compilation_options(CLI::App* command, CompilationOptions* options) {
     command->add_flag("--time", options->time, "print the seconds of each step");
     add_schedule_options(command, &options->back_end.schedules);
     command->add_option("--no-pass", options->back_end.disabled, "leave a pass out")
-        ->check(CLI::IsMember(optional));
+        ->check(CLI::IsMember(optional_passes()));
     command
         ->add_option("--dump-after", options->back_end.dump_after, "print each stage after a pass")
         ->check(CLI::IsMember(all));
@@ -225,6 +245,7 @@ int openflc_main(int argc, char** argv) {
     add_lsp(app, &action);
     add_describe(app, common, &action);
     add_emit(app, common, &action);
+    add_passes(app, common, &action);
     add_build(app, common, &action);
     add_run(app, common, &action);
     // Last, so that the commands above do not inherit it.

@@ -70,4 +70,12 @@ struct EmitOptions {
     bool enable_printf = false;
 };
 
+struct PassesOptions {
+    std::string file;
+    std::string fablet;
+    std::string output = "passes.html";
+    std::vector<std::string> disabled;  ///< passes
+    bool enable_printf = false;
+};
+
 }  // namespace openfab::driver

@@ -96,18 +96,7 @@ constexpr const char* kVoxelCoordNames[] = {"voxel_coord", "voxel_coord_lo", "vo
 
 void print_instr(const Instr& instr, size_t id, std::string* out) {
     auto to = std::back_inserter(*out);
-    fmt::format_to(to, "    %{} = {} {}", id, spelling(instr.op), spelling(instr.type));
-    if (instr.op == Op::kConst) fmt::format_to(to, " {}", constant_text(instr.type, instr.bits));
-    if (instr.op == Op::kInput) {
-        fmt::format_to(to, " {} {} {}", kind_name(instr.kind), instr.a, instr.b);
-    }
-    if (has_a(instr.op)) fmt::format_to(to, " {}", instr.a);
-    if (instr.op == Op::kSample || instr.op == Op::kSampleBound) fmt::format_to(to, " {}", instr.b);
-    if (instr.op == Op::kQueryResult) {
-        fmt::format_to(to, " {} {} {}", query_result_name(instr.kind), instr.a, instr.b);
-    }
-    if (instr.op == Op::kSampleBound) fmt::format_to(to, " {}", instr.bits);
-    if (instr.op == Op::kTable) fmt::format_to(to, " {} {} {}", instr.a, instr.b, instr.bits);
+    fmt::format_to(to, "    %{} = {}", id, instr_text(instr));
     for (ValueId arg : instr.args)
         fmt::format_to(to, " %{}", arg);
     *out += '\n';
@@ -194,6 +183,24 @@ std::string constant_text(Type type, uint32_t bits) {
     const float value = std::bit_cast<float>(bits);
     if (std::isnan(value)) return fmt::format("nan:{:#010x}", bits);
     return fmt::format("{}", value);
+}
+
+std::string instr_text(const Instr& instr) {
+    std::string out;
+    auto to = std::back_inserter(out);
+    fmt::format_to(to, "{} {}", spelling(instr.op), spelling(instr.type));
+    if (instr.op == Op::kConst) fmt::format_to(to, " {}", constant_text(instr.type, instr.bits));
+    if (instr.op == Op::kInput) {
+        fmt::format_to(to, " {} {} {}", kind_name(instr.kind), instr.a, instr.b);
+    }
+    if (has_a(instr.op)) fmt::format_to(to, " {}", instr.a);
+    if (instr.op == Op::kSample || instr.op == Op::kSampleBound) fmt::format_to(to, " {}", instr.b);
+    if (instr.op == Op::kQueryResult) {
+        fmt::format_to(to, " {} {} {}", query_result_name(instr.kind), instr.a, instr.b);
+    }
+    if (instr.op == Op::kSampleBound) fmt::format_to(to, " {}", instr.bits);
+    if (instr.op == Op::kTable) fmt::format_to(to, " {} {} {}", instr.a, instr.b, instr.bits);
+    return out;
 }
 
 std::string dump(const Stage& stage) {

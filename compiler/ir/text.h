@@ -17,6 +17,8 @@ const char* kind_name(int32_t kind);
 const char* stage_name(StageKind kind);
 const char* uniform_kind_name(openfab_uniform_kind kind);
 const char* query_result_name(int32_t kind);
+/// Returns an instruction without its number and its arguments: `mul float`, `const int 3`.
+std::string instr_text(const Instr& instr);
 /// True for operations whose `a` is written before their arguments.
 bool has_a(Op op);
 

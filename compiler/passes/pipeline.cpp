@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/passes/pipeline.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <iterator>
@@ -48,6 +50,7 @@ struct Work {
     std::optional<TableFormer> tables;  ///< once all derived values are known
     std::optional<LongStage>& too_long;
     size_t& dither;
+    std::string reason;  ///< of the pass that runs (PipelineOptions::after)
 };
 
 /// The stages that a pass wrote; none if it had nothing to do.
@@ -68,14 +71,20 @@ Written forms(Work* work, Stage* stage) {
 
 Written volume_bounds(Work* work, Stage* stage) {
     // A block that is filled without evaluation would skip its printfs.
-    if (!work->stages.volume.printfs.empty()) return {};
+    if (!work->stages.volume.printfs.empty()) {
+        work->reason = "it has printfs, which a block that is filled without evaluation would skip";
+        return {};
+    }
     return forms<form_volume_bounds, &KernelStages::volume>(work, stage);
 }
 
-Written expand(Work* /*work*/, Stage* stage) {
+Written expand(Work* work, Stage* stage) {
     const bool any = std::any_of(stage->instrs.begin(), stage->instrs.end(),
                                  [](const ir::Instr& instr) { return ir::is_function(instr.op); });
-    if (!any) return {};
+    if (!any) {
+        if (!stage->instrs.empty()) work->reason = "it calls no function";
+        return {};
+    }
     expand_functions(stage);
     return {stage};
 }
@@ -92,6 +101,10 @@ Written drop_long(Work* work, Stage* stage) {
     if (stage->kind == StageKind::kVolumeBounds && (!says_looks(*stage) || !fits()))
         drop_looks(stage);
     if (fits()) return {stage};
+    work->reason = fmt::format(
+        "{} operations and {} outputs, of at most {} and {}: compiling it would take longer than "
+        "it saves",
+        kernel_operations(*stage), stage->outputs.size(), limit, kMaxBoundsOutputs);
     stage->instrs.clear();
     stage->outputs.clear();
     return {stage};
@@ -114,6 +127,7 @@ Written uniforms(Work* work, Stage* stage) {
     work->hoister.hoist(stage);
     // One kernel computes all derived values; it cannot be split.
     if (needs_splitting(work->hoister.derived())) {
+        work->reason = "the kernel of derived values would be too long for one";
         work->hoister = before;
         *stage = whole;
     }
@@ -156,13 +170,17 @@ SegmentedStage KernelStages::*segments_of(StageKind kind) {
 }
 
 Written cut(Work* work, Stage* stage) {
-    if (!needs_segments(*stage)) return {};
+    if (!needs_segments(*stage)) {
+        work->reason = "it has no loop, query or printf, and fits one kernel";
+        return {};
+    }
     SegmentedStage& out = work->stages.*segments_of(stage->kind);
     Stage live = *stage;
     ir::drop_dead_values(&live);
     out = cut_segments(live);
     // What made it need segments may have been dead.
     if (out.steps.empty()) {
+        work->reason = "what would need segments is not used";
         out = {};
         return {};
     }
@@ -215,6 +233,7 @@ enum class Cleaning {
 
 struct Pass {
     const char* name;
+    const char* why;
     bool optional;
     Cleaning cleaning;
     unsigned stages;
@@ -225,54 +244,78 @@ struct Pass {
 constexpr Pass kPasses[] = {
     // First, and again after each pass that leaves work for them. Common values after
     // simplification, which makes more of them equal; dead values last, since both leave some.
-    {"simplify", kOptional, Cleaning::kIs, kGiven | kDither, rewrites<simplify>},
-    {"eliminate_common_values", kOptional, Cleaning::kIs, kGiven | kDither,
-     rewrites<eliminate_common_values>},
-    {"eliminate_dead_values", kOptional, Cleaning::kIs, kGiven | kDither,
-     rewrites<eliminate_dead_values>},
+    {"simplify", "folds constants, and applies identities that hold for every bit pattern",
+     kOptional, Cleaning::kIs, kGiven | kDither, rewrites<simplify>},
+    {"eliminate_common_values", "computes equal instructions once", kOptional, Cleaning::kIs,
+     kGiven | kDither, rewrites<eliminate_common_values>},
+    {"eliminate_dead_values", "drops what no output or printf needs", kOptional, Cleaning::kIs,
+     kGiven | kDither, rewrites<eliminate_dead_values>},
 
     // Before attach_footprints, bounds and demand, which know Picks of uniform values only.
-    {"expand_picks", kRequired, Cleaning::kFollows, kGiven | kDither, rewrites<expand_picks>},
+    {"expand_picks",
+     "turns choices of an element into selects or arithmetic, but for uniforms, which become "
+     "tables",
+     kRequired, Cleaning::kFollows, kGiven | kDither, rewrites<expand_picks>},
 
     // Before bounds and demand: the footprint of a lookup decides what it may return, and
     // footprints use nearest inputs, too. Before expand_functions: derivatives are known for
     // functions.
-    {"attach_footprints", kRequired, Cleaning::kFollows, kGiven, rewrites<attach_footprints>},
+    {"attach_footprints",
+     "adds to each texture lookup how its coordinates change from voxel to voxel", kRequired,
+     Cleaning::kFollows, kGiven, rewrites<attach_footprints>},
 
     // Before expand_functions: intervals are known for functions; those of their operations would
     // be useless.
-    {"form_volume_bounds", kOptional, Cleaning::kFollows, kVolumeBounds, volume_bounds},
+    {"form_volume_bounds",
+     "derives the least and the greatest amounts in a block of voxels: blocks of one mixture are "
+     "filled at once",
+     kOptional, Cleaning::kFollows, kVolumeBounds, volume_bounds},
     // Before bound_displacement, whose quotients have no useful interval, but whose effect is
     // known.
-    {"form_surface_bounds", kOptional, Cleaning::kFollows, kSurfaceBounds,
+    {"form_surface_bounds",
+     "derives how far a patch may be displaced: patches that are far need no micropolygons",
+     kOptional, Cleaning::kFollows, kSurfaceBounds,
      forms<form_surface_bounds, &KernelStages::surface>},
-    {"form_shape_bounds", kOptional, Cleaning::kFollows, kShapeBounds,
-     forms<form_shape_bounds, &KernelStages::shape>},
+    {"form_shape_bounds",
+     "derives a shape's least and greatest value in a box: boxes without surface are decided at "
+     "once",
+     kOptional, Cleaning::kFollows, kShapeBounds, forms<form_shape_bounds, &KernelStages::shape>},
     // Any time after the footprints.
-    {"form_demand", kOptional, Cleaning::kFollows, kVolumeDemand,
-     forms<form_demand, &KernelStages::volume>},
+    {"form_demand", "derives which voxels need the nearest surface point: others make no query",
+     kOptional, Cleaning::kFollows, kVolumeDemand, forms<form_demand, &KernelStages::volume>},
 
-    {"bound_displacement", kRequired, Cleaning::kFollows, kSurface, rewrites<bound_displacement>},
+    {"bound_displacement", "limits a displacement to the longest that the world allows", kRequired,
+     Cleaning::kFollows, kSurface, rewrites<bound_displacement>},
 
     // Before expand_functions: a function is hoisted as a whole or not at all.
-    {"hoist_invariants", kOptional, Cleaning::kNone, kGiven, rewrites<hoist_invariants>},
+    {"hoist_invariants", "moves what a loop does not change to before the loop", kOptional,
+     Cleaning::kNone, kGiven, rewrites<hoist_invariants>},
 
     // After all passes that know functions.
-    {"expand_functions", kRequired, Cleaning::kFollows, kGiven | kFormed | kDither, expand},
+    {"expand_functions",
+     "replaces functions (sin, pow, noise) by operations, the same on every machine", kRequired,
+     Cleaning::kFollows, kGiven | kFormed | kDither, expand},
 
     // After expand_functions, which makes most of the operations.
-    {"drop_long_bounds", kRequired, Cleaning::kNone, kFormed, drop_long},
-    {"measure_stages", kRequired, Cleaning::kNone, kGiven | kDither, measure},
+    {"drop_long_bounds", "drops derived stages that cost more than they save", kRequired,
+     Cleaning::kNone, kFormed, drop_long},
+    {"measure_stages", "counts operations: stages that are too long are errors", kRequired,
+     Cleaning::kNone, kGiven | kDither, measure},
 
     // After expand_functions: parts of functions move, too. A stage that is too long was rejected
     // before.
-    {"hoist_uniforms", kOptional, Cleaning::kNone, kGiven | kFormed | kDither, uniforms},
+    {"hoist_uniforms",
+     "moves what depends on uniforms alone into a kernel that runs once an object", kOptional,
+     Cleaning::kNone, kGiven | kFormed | kDither, uniforms},
 
     // After hoist_uniforms, which makes elements that are computed values of the object.
-    {"form_tables", kRequired, Cleaning::kNone, kGiven | kFormed | kDither, tables},
+    {"form_tables", "turns choices among uniforms into loads", kRequired, Cleaning::kNone,
+     kGiven | kFormed | kDither, tables},
 
     // Last: segments are straight-line code, and no pass above knows states.
-    {"cut_segments", kRequired, Cleaning::kFollows, kGiven, cut},
+    {"cut_segments",
+     "cuts stages with loops, queries or printfs into straight kernels and the steps between them",
+     kRequired, Cleaning::kFollows, kGiven, cut},
 };
 
 /// Returns a stage with its outputs of one kind, and what these need.
@@ -321,6 +364,7 @@ class Runner {
     void run(const Pass& pass, Stage* stage) {
         const bool off = pass.optional && work_.options.disabled.contains(pass.name);
         if (off || !result_.fault.empty()) return;
+        work_.reason.clear();
         const auto begin = std::chrono::steady_clock::now();
         const Written written = pass.run(&work_, stage);
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
@@ -341,7 +385,7 @@ class Runner {
     void finish(const Pass& pass, const Stage& stage) {
         const std::string fault = ir::verify(stage);
         if (!fault.empty()) result_.fault = std::string("after ") + pass.name + ": " + fault;
-        if (work_.options.after) work_.options.after(pass.name, stage);
+        if (work_.options.after) work_.options.after(pass.name, stage, work_.reason);
     }
 
     void add_time(const char* name, double seconds) {
@@ -374,7 +418,7 @@ const std::vector<PassName>& pass_names() {
     static const std::vector<PassName> names = [] {
         std::vector<PassName> out;
         for (const Pass& pass : kPasses)
-            out.push_back({pass.name, pass.optional});
+            out.push_back({pass.name, pass.optional, pass.why});
         return out;
     }();
     return names;

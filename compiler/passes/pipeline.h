@@ -25,8 +25,9 @@ struct PipelineOptions {
     size_t longest_bounds = 4000;
     /// Of a shape, without whose interval form all of its box is evaluated.
     size_t longest_shape_bounds = 16000;
-    /// Called after each pass on a stage, with the result.
-    std::function<void(const std::string& pass, const ir::Stage& stage)> after;
+    /// Called after each pass on a stage, with the result, and why it did nothing or left something out, where it says so.
+    std::function<void(const std::string& pass, const ir::Stage& stage, const std::string& reason)>
+        after;
 };
 
 /// One stage per kernel. A stage without outputs means no kernel: no @Surface, or an optional
@@ -85,10 +86,11 @@ struct PipelineResult {
     std::string fault;  ///< a bug of ours: what ir::verify found, and after which pass; else empty
 };
 
-/// All passes in order, and whether one can be switched off.
+/// All passes in order, whether one can be switched off, and what it does, as the end of a sentence.
 struct PassName {
     const char* name;
     bool optional;
+    const char* why;
 };
 /// Returns all passes in order.
 const std::vector<PassName>& pass_names();

@@ -111,7 +111,7 @@ TEST_P(JailedReaders, ReadAsThoseInThisProcess) {
     const std::string name = GetParam();
     const std::vector<std::string> samples = corpus_of(name == "txt" ? "beams" : name);
     ASSERT_FALSE(samples.empty());
-    const int64_t before = children_started();
+    [[maybe_unused]] const int64_t before = children_started();
     size_t whole = 0;
     for (const std::string& sample : samples)
         whole += compare(sample, name) ? 1 : 0;
