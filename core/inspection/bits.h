@@ -42,12 +42,14 @@ struct Cluster {
     Vec3i first;             ///< the lowest one, in order of z, y, x
     bool at_border = false;  ///< of the whole box
 
-    /// Adds a voxel of a box; in order of z, y, x.
-    void add(const Vec3i& p, const Vec3i& size) {
-        if (voxels++ == 0) first = p;
-        box.add(Box3i{p, {p.x + 1, p.y + 1, p.z + 1}});
+    /// Adds `count` voxels of a box along x; in order of z, y, x.
+    void add(const Vec3i& p, int32_t count, const Vec3i& size) {
+        if (voxels == 0) first = p;
+        voxels += count;
+        const Box3i added{p, {p.x + count, p.y + 1, p.z + 1}};
+        box.add(added);
         for (int axis = 0; axis < 3; ++axis)
-            at_border |= p[axis] == 0 || p[axis] + 1 == size[axis];
+            at_border |= added.lo[axis] == 0 || added.hi[axis] == size[axis];
     }
 };
 

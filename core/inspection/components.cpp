@@ -2,61 +2,100 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "inspection/components.h"
 
+#include <algorithm>
+
 #include "inspection/sets.h"
 
 namespace openfab::inspection {
 
-std::vector<Cluster> components(const Bits& bits, Touch touch, Box<int32_t>* labels, uint8_t mask) {
-    // Those before a voxel in the order of z, y, x.
-    std::vector<Vec3i> before;
-    for (int32_t z = -1; z <= 0; ++z) {
-        for (int32_t y = -1; y <= 1; ++y) {
-            for (int32_t x = -1; x <= 1; ++x) {
-                const bool earlier = z < 0 || (z == 0 && (y < 0 || (y == 0 && x < 0)));
-                const bool face = z * z + y * y + x * x == 1;
-                if (earlier && (face || touch == Touch::kCorners)) before.push_back({x, y, z});
+namespace {
+
+/// Voxels of a row next to each other.
+struct Run {
+    int32_t begin = 0, end = 0;
+};
+
+/// The runs of all rows, in the order of z, y, x.
+struct Runs {
+    std::vector<Run> all;
+    std::vector<size_t> rows;  ///< [z][y]: the first of a row, and one more
+
+    Runs(const Bits& bits, uint8_t mask) {
+        const auto count = static_cast<size_t>(bits.size.y) * static_cast<size_t>(bits.size.z);
+        rows.reserve(count + 1);
+        rows.push_back(0);
+        for (size_t row = 0; row < count; ++row) {
+            const uint8_t* const voxels =
+                bits.values.data() + row * static_cast<size_t>(bits.size.x);
+            for (int32_t x = 0; x < bits.size.x;) {
+                const auto is_set = [&](int32_t at) { return (voxels[at] & mask) != 0; };
+                while (x < bits.size.x && !is_set(x))
+                    ++x;
+                if (x == bits.size.x) break;
+                const int32_t begin = x;
+                while (x < bits.size.x && is_set(x))
+                    ++x;
+                all.push_back({begin, x});
             }
+            rows.push_back(all.size());
         }
     }
-    *labels = Box<int32_t>(bits.size, -1);
-    Sets sets;
+};
+
+/// Unites the runs of two rows that touch, within `slack` voxels along x.
+void unite_rows(const Runs& runs, size_t row, size_t other, int32_t slack, Sets* sets) {
+    size_t i = runs.rows[row], k = runs.rows[other];
+    while (i < runs.rows[row + 1] && k < runs.rows[other + 1]) {
+        const Run &a = runs.all[i], &b = runs.all[k];
+        if (a.begin < b.end + slack && b.begin < a.end + slack)
+            sets->unite(static_cast<int32_t>(i), static_cast<int32_t>(k));
+        // That which ends first meets no other.
+        if (a.end < b.end)
+            ++i;
+        else
+            ++k;
+    }
+}
+
+}  // namespace
+
+std::vector<Cluster> components(const Bits& bits, Touch touch, Box<int32_t>* labels, uint8_t mask) {
     const Vec3i& size = bits.size;
+    const Runs runs(bits, mask);
+    Sets sets;
+    for (size_t i = 0; i < runs.all.size(); ++i)
+        sets.add();
+    const bool corners = touch == Touch::kCorners;
+    const auto row_of = [&](int32_t y, int32_t z) {
+        return static_cast<size_t>(z) * static_cast<size_t>(size.y) + static_cast<size_t>(y);
+    };
     for (int32_t z = 0; z < size.z; ++z) {
         for (int32_t y = 0; y < size.y; ++y) {
-            for (int32_t x = 0; x < size.x; ++x) {
-                const size_t at = bits.at(x, y, z);
-                if ((bits.values[at] & mask) == 0) continue;
-                int32_t label = -1;
-                for (const Vec3i& d : before) {
-                    if (!bits.holds(x + d.x, y + d.y, z + d.z)) continue;
-                    const int32_t other = labels->values[bits.at(x + d.x, y + d.y, z + d.z)];
-                    if (other < 0) continue;
-                    if (label < 0)
-                        label = other;
-                    else if (label != other)
-                        sets.unite(label, other);
-                }
-                labels->values[at] = label < 0 ? sets.add() : label;
+            const int32_t slack = corners ? 1 : 0;
+            if (y > 0) unite_rows(runs, row_of(y, z), row_of(y - 1, z), slack, &sets);
+            if (z == 0) continue;
+            for (int32_t dy = corners ? -1 : 0; dy <= (corners ? 1 : 0); ++dy) {
+                if (y + dy >= 0 && y + dy < size.y)
+                    unite_rows(runs, row_of(y, z), row_of(y + dy, z - 1), slack, &sets);
             }
         }
     }
+    *labels = Box<int32_t>(size, 0);
     std::vector<int32_t> number(sets.size(), -1);
     std::vector<Cluster> found;
     for (int32_t z = 0; z < size.z; ++z) {
         for (int32_t y = 0; y < size.y; ++y) {
-            for (int32_t x = 0; x < size.x; ++x) {
-                int32_t& label = labels->values[bits.at(x, y, z)];
-                if (label < 0) {
-                    label = 0;
-                    continue;
-                }
-                int32_t& of = number[static_cast<size_t>(sets.find(label))];
+            const size_t row = row_of(y, z);
+            int32_t* const to = labels->values.data() + row * static_cast<size_t>(size.x);
+            for (size_t i = runs.rows[row]; i < runs.rows[row + 1]; ++i) {
+                int32_t& of = number[static_cast<size_t>(sets.find(static_cast<int32_t>(i)))];
                 if (of < 0) {
                     of = static_cast<int32_t>(found.size());
                     found.emplace_back();
                 }
-                label = of + 1;
-                found[static_cast<size_t>(of)].add({x, y, z}, size);
+                const Run& run = runs.all[i];
+                std::fill(to + run.begin, to + run.end, of + 1);
+                found[static_cast<size_t>(of)].add({run.begin, y, z}, run.end - run.begin, size);
             }
         }
     }

@@ -272,6 +272,72 @@ TEST(Components, AreCountedByWhatTheyTouchWith) {
     EXPECT_EQ(found[1].box.lo, (Vec3i{3, 3, 2}));
 }
 
+/// By floods, voxel by voxel.
+struct Flooded {
+    Box<int32_t> labels;
+    std::vector<Cluster> all;
+
+    Flooded(const Bits& bits, Touch touch, uint8_t mask) : labels(bits.size, 0) {
+        for (int32_t z = 0; z < bits.size.z; ++z)
+            for (int32_t y = 0; y < bits.size.y; ++y)
+                for (int32_t x = 0; x < bits.size.x; ++x)
+                    if (is_open(bits, {x, y, z}, mask)) flood(bits, {x, y, z}, touch, mask);
+        for (int32_t z = 0; z < bits.size.z; ++z)
+            for (int32_t y = 0; y < bits.size.y; ++y)
+                for (int32_t x = 0; x < bits.size.x; ++x)
+                    if (const int32_t label = labels.values[labels.at(x, y, z)]; label > 0)
+                        all[static_cast<size_t>(label - 1)].add({x, y, z}, 1, bits.size);
+    }
+
+  private:
+    bool is_open(const Bits& bits, const Vec3i& p, uint8_t mask) const {
+        return bits.holds(p.x, p.y, p.z) && (bits.values[bits.at(p.x, p.y, p.z)] & mask) != 0 &&
+               labels.values[labels.at(p.x, p.y, p.z)] == 0;
+    }
+    void flood(const Bits& bits, const Vec3i& from, Touch touch, uint8_t mask) {
+        all.emplace_back();
+        std::vector<Vec3i> open{from};
+        while (!open.empty()) {
+            const Vec3i p = open.back();
+            open.pop_back();
+            if (!is_open(bits, p, mask)) continue;
+            labels.values[labels.at(p.x, p.y, p.z)] = static_cast<int32_t>(all.size());
+            for (int32_t i = 0; i < 27; ++i) {
+                const Vec3i d{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+                if (touch == Touch::kCorners || d.x * d.x + d.y * d.y + d.z * d.z == 1)
+                    open.push_back(p + d);
+            }
+        }
+    }
+};
+
+TEST(Components, AreThoseOfFloods) {
+    std::mt19937 random(50);
+    for (int trial = 0; trial < 300; ++trial) {
+        const auto side = [&] { return static_cast<int32_t>(1 + random() % 9); };
+        Bits bits({side(), side(), side()});
+        const uint32_t share = 1 + random() % 9;
+        for (uint8_t& one : bits.values)
+            one = random() % 10 < share ? static_cast<uint8_t>(random() % 4) : 0;
+        for (const Touch touch : {Touch::kFaces, Touch::kCorners}) {
+            for (const uint8_t mask : {uint8_t{0xff}, uint8_t{2}}) {
+                Box<int32_t> labels;
+                const std::vector<Cluster> found = components(bits, touch, &labels, mask);
+                const Flooded expected(bits, touch, mask);
+                EXPECT_EQ(labels.values, expected.labels.values);
+                ASSERT_EQ(found.size(), expected.all.size());
+                for (size_t i = 0; i < found.size(); ++i) {
+                    EXPECT_EQ(found[i].voxels, expected.all[i].voxels);
+                    EXPECT_EQ(found[i].first, expected.all[i].first);
+                    EXPECT_EQ(found[i].box.lo, expected.all[i].box.lo);
+                    EXPECT_EQ(found[i].box.hi, expected.all[i].box.hi);
+                    EXPECT_EQ(found[i].at_border, expected.all[i].at_border);
+                }
+            }
+        }
+    }
+}
+
 TEST(Components, ASpiralIsOne) {
     // Its arms meet late in the order of voxels.
     const Bits bits = sample({41, 41, 3}, {1, 1, 1}, [](const Vec3d& p) {
