@@ -120,7 +120,8 @@ class Outline {
             if (tokens[last].is("(") || tokens[last].is("[") || body)
                 last = std::max(last, analysis_.matching(last));
             if (body) break;
-            ++last;
+            // What is not closed matches the last token.
+            if (last + 1 < tokens.size()) ++last;
         }
         return {name.file, std::min(tokens[first].span.begin, name.begin),
                 std::max(tokens[last].span.end, name.end)};
