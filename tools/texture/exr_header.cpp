@@ -6,6 +6,7 @@
 #include <array>
 #include <cstring>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "tools/texture/messages.h"
@@ -74,6 +75,88 @@ void read_attribute(std::string_view name, std::string_view value, Part* part) {
     }
 }
 
+/// The bytes of a value that has always as many. OpenEXR reads these whatever the file says, and takes what is behind
+/// them for the next attribute.
+struct FixedSize {
+    std::string_view type;
+    int64_t bytes;
+};
+constexpr FixedSize kFixedSizes[] = {{"box2f", 16},
+                                     {"box2i", 16},
+                                     {"chromaticities", 32},
+                                     {"compression", 1},
+                                     {"deepImageState", 1},
+                                     {"double", 8},
+                                     {"envmap", 1},
+                                     {"float", 4},
+                                     {"int", 4},
+                                     {"keycode", 28},
+                                     {"lineOrder", 1},
+                                     {"m33d", 72},
+                                     {"m33f", 36},
+                                     {"m44d", 128},
+                                     {"m44f", 64},
+                                     {"rational", 8},
+                                     {"tiledesc", 9},
+                                     {"timecode", 8},
+                                     {"v2d", 16},
+                                     {"v2f", 8},
+                                     {"v2i", 8},
+                                     {"v3d", 24},
+                                     {"v3f", 12},
+                                     {"v3i", 12}};
+
+/// Whether a list of channels ends where it should: it is read up to an empty name.
+bool ends_as_channels(std::string_view value) {
+    constexpr size_t kNumbers = 16;
+    for (;;) {
+        const auto name = take_text(&value);
+        if (!name) return false;
+        if (name->empty()) return value.empty();
+        if (value.size() < kNumbers) return false;
+        value.remove_prefix(kNumbers);
+    }
+}
+
+bool ends_as_texts(std::string_view value) {
+    while (value.size() >= sizeof(int32_t)) {
+        const int32_t bytes = int_at(value.data());
+        value.remove_prefix(sizeof(int32_t));
+        if (bytes < 0 || static_cast<size_t>(bytes) > value.size()) return false;
+        value.remove_prefix(static_cast<size_t>(bytes));
+    }
+    return value.empty();
+}
+
+bool ends_as_preview(std::string_view value) {
+    constexpr size_t kSides = 8, kPixel = 4;
+    if (value.size() < kSides) return false;
+    const auto side = [&](size_t at) {
+        return static_cast<double>(static_cast<uint32_t>(int_at(value.data() + at)));
+    };
+    const double pixels = side(0) * side(4);
+    return pixels * kPixel == static_cast<double>(value.size() - kSides);
+}
+
+/// Whether a value of a type is as long as the file says.
+Result<bool> ends_as_it_says(const InputFile& file, int64_t at, int64_t size,
+                             std::string_view type) {
+    for (const FixedSize& fixed : kFixedSizes) {
+        if (type == fixed.type) return size == fixed.bytes;
+    }
+    const auto ends = type == "chlist"         ? ends_as_channels
+                      : type == "stringvector" ? ends_as_texts
+                      : type == "preview"      ? ends_as_preview
+                                               : nullptr;
+    if (ends == nullptr) return true;
+    constexpr int64_t kLongest = 16 << 20;
+    if (size > kLongest) return false;
+    std::string value(static_cast<size_t>(size), '\0');
+    const Result<size_t> got = file.read(at, value.data(), value.size());
+    if (!got) return got.error();
+    return *got == value.size() && ends(value);
+}
+
 }  // namespace
 
 Result<int64_t> exr_table_bytes(const InputFile& file) {
@@ -107,6 +190,9 @@ Result<int64_t> exr_table_bytes(const InputFile& file) {
         rest.remove_prefix(sizeof(int32_t));
         at += rest.data() - buffer.data();
         if (size < 0 || size > file.bytes() - at) return damaged;
+        const Result<bool> ends = ends_as_it_says(file, at, size, *type);
+        if (!ends) return ends.error();
+        if (!*ends) return damaged;
         // A channel is a name of a letter at least, and 16 bytes; its numbers take 4 at most.
         constexpr int64_t kChannel = 18, kNumber = 4;
         if (*name == "channels") part.pixel_bytes = static_cast<double>(size / kChannel * kNumber);
