@@ -124,6 +124,7 @@ Result<void> check_pixels(DicomImage* image) {
     }
     const int64_t there = std::min(image->pixels_bytes, file->bytes() - image->pixels_at);
     const int64_t needed = image->all_bytes();
+    image->behind_bytes = std::max<int64_t>(0, there - needed);
     return there < needed ? cut_short(there, needed) : Result<void>();
 }
 

@@ -159,7 +159,8 @@ Result<void> pass_over(const std::vector<DicomHead>& heads, const std::string& s
 /// Checks that the pixels of all files are there, before any is read, and tells what is special of them.
 Result<void> check_files(const std::vector<DicomSlice>& slices) {
     const DicomImage* last = nullptr;
-    std::vector<std::string> unplaced, inverted, in_volume, contiguous, other_values;
+    std::vector<std::string> unplaced, inverted, in_volume, contiguous, other_values, relative,
+        longer;
     for (const DicomSlice& slice : slices) {
         const DicomImage& image = *slice.image;
         if (&image == last) continue;
@@ -171,12 +172,16 @@ Result<void> check_files(const std::vector<DicomSlice>& slices) {
         if (image.is_inverted) inverted.push_back(image.label);
         if (image.is_in_volume) in_volume.push_back(image.label);
         if (image.is_contiguous) contiguous.push_back(image.label);
+        if (image.is_relative) relative.push_back(image.label);
+        // Fewer bytes fill the file up.
+        if (image.behind_bytes >= image.frame_bytes()) longer.push_back(image.label);
         if (image.has_other_values) other_values.push_back(image.label);
     }
     const std::pair<const char*, const std::vector<std::string>*> notes[] = {
         {messages::kPlaceUnknown, &unplaced},    {messages::kStoredMonochrome1, &inverted},
         {messages::kPlaceOfVolume, &in_volume},  {messages::kContiguous, &contiguous},
-        {messages::kOtherValues, &other_values},
+        {messages::kOtherValues, &other_values}, {messages::kRelativeDose, &relative},
+        {messages::kPixelsBehind, &longer},
     };
     for (const auto& [text, names] : notes) {
         if (!names->empty()) tell(fmt::format(fmt::runtime(text), list_some(*names)));

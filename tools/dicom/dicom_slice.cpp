@@ -102,7 +102,6 @@ class Elements {
     }
 
     const gdcm::DataSet& set() const { return reader_->GetFile().GetDataSet(); }
-    const gdcm::FileMetaInformation& meta() const { return reader_->GetFile().GetHeader(); }
     const std::string& identifier() const { return identifier_; }
 
   private:
@@ -205,7 +204,10 @@ Result<DicomHead> read_dicom_head(const fs::path& path, const std::string& label
     out.file = path;
     out.label = label;
     out.trouble = user_error(messages::kNotDicom);
-    out.is_foreign = !is_marked(path, *file);
+    // A medium's list, whatever its name, is no slice, damaged or not.
+    constexpr std::string_view kDirectory = "1.2.840.10008.1.3.10";
+    const bool is_list = stated_class(*file) == kDirectory;
+    out.is_foreign = is_list || !is_marked(path, *file);
     Elements elements;
     const Result<bool> read = elements.open(*file, memory_bytes);
     if (!read) return read.error();
@@ -218,8 +220,7 @@ Result<DicomHead> read_dicom_head(const fs::path& path, const std::string& label
     out.series = image->series;
     out.names = {image->series, image->description};
     if (image->series_number) out.names.push_back(std::to_string(*image->series_number));
-    constexpr std::string_view kDirectory = "1.2.840.10008.1.3.10";
-    out.is_foreign = trimmed(bytes_of(elements.meta(), {0x0002, 0x0002})) == kDirectory;
+    out.is_foreign = is_list;
     Result<std::vector<DicomSlice>> slices = read_slices(&elements, image);
     if (slices) {
         out.trouble.reset();

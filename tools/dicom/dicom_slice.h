@@ -52,6 +52,8 @@ struct DicomImage {
     bool is_in_volume = false;      ///< its place is that of an ultrasound volume, not of a patient
     bool has_offsets = false;       ///< of doses, which are sampled in planes at any distances
     bool is_contiguous = false;     ///< the distance of its slices is taken from their thickness
+    bool is_relative = false;       ///< a dose in shares, not in Gy
+    int64_t behind_bytes = 0;       ///< of pixels, behind the last frame
     bool has_other_values = false;  ///< a Real World Value Mapping beside the rescale
     TransferSyntax syntax;
     bool has_words = true;     ///< pixels of 8 bits, too, lie two in a word

@@ -148,6 +148,16 @@ Result<void> FrameIncrement::read(const gdcm::DataSet& set, int32_t frames) {
         const gdcm::Tag time(0x0018, item);
         if (tags.empty() && set.FindDataElement(time)) tags.push_back(time);
     }
+    // So do lists of nuclear medicine.
+    const auto add_list = [&](uint16_t item) {
+        const gdcm::Tag tag(kNuclear, item);
+        if (numbers_of(set, tag).size() == static_cast<size_t>(frames)) tags.push_back(tag);
+    };
+    if (tags.empty()) {
+        for (const Vector& vector : kVectors)
+            add_list(vector.item);
+        add_list(kSliceVector);
+    }
     for (const gdcm::Tag& tag : tags) {
         if (Result<void> done = read_one(set, tag, frames); !done) return done;
     }

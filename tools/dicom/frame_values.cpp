@@ -62,7 +62,11 @@ Result<void> FrameValues::read(int32_t frame, DicomSlice* out) {
         default:
             break;
     }
-    if (frame == 0) image_->has_other_values = groups_.items(frame, kMappings) != nullptr;
+    if (frame == 0) {
+        image_->has_other_values = groups_.items(frame, kMappings) != nullptr;
+        image_->is_relative = image_->kind == DicomKind::kDose &&
+                              trimmed(bytes_of(set_, {0x3004, 0x0002})) == "RELATIVE";
+    }
     return read_rescale(frame, out);
 }
 

@@ -40,10 +40,11 @@ Error gap(const DicomSlice& below, const DicomSlice& slice, double step_mm, doub
     const double missing = std::round(step_mm / usual_mm) - 1;
     if (missing >= 1 && std::abs(step_mm - (missing + 1) * usual_mm) <= tolerance_of(usual_mm)) {
         const Vec3d &from = below.position, &to = slice.position;
-        return user_error(fmt::format(messages::kSlicesMissing, missing,
-                                      missing == 1 ? " is" : "s are", below.name(), from.x, from.y,
-                                      from.z, slice.name(), to.x, to.y, to.z, step_mm, usual_mm),
-                          one_file ? messages::kUnequalFramesHelp : messages::kSlicesMissingHelp);
+        return user_error(
+            fmt::format(messages::kSlicesAreMissing, missing, missing == 1 ? " is" : "s are",
+                        below.name(), from.x, from.y, from.z, slice.name(), to.x, to.y, to.z,
+                        step_mm, usual_mm),
+            one_file ? messages::kUnequalFramesHelp : messages::kSlicesAreMissingHelp);
     }
     return of_slice(
         slice, user_error(fmt::format(messages::kSliceOutOfStep, step_mm, below.name(), usual_mm),

@@ -55,12 +55,14 @@ constexpr std::array<Known, 23> kKnown{{
     {"1.2.840.10008.1.2.1.99", Packing::kDeflatedFile, "", ""},
 }};
 
-/// Where the identifier stands in a file: behind a preamble, in elements that say their kinds and lengths.
+constexpr uint32_t kClass = 0x02, kSyntax = 0x10;  // elements of a file's own head
+
+/// Where an identifier stands in a file: behind a preamble, in elements that say their kinds and lengths.
 struct Place {
     size_t at = 0, bytes = 0;
 };
 
-Place find_syntax(std::string_view head) {
+Place find_identifier(std::string_view head, uint32_t element) {
     constexpr size_t kFirst = 132, kShort = 8, kLong = 12;
     if (head.size() < kFirst || head.substr(kFirst - 4, 4) != "DICM") return {};
     size_t at = kFirst;
@@ -74,7 +76,7 @@ Place find_syntax(std::string_view head) {
         const size_t begin = at + (is_long ? kLong : kShort);
         const size_t bytes = is_long ? number(at + 8, 4) : number(at + 6, 2);
         if (bytes > head.size() || begin + bytes > head.size()) return {};
-        if (number(at + 2, 2) == 0x10) return {begin, bytes};
+        if (number(at + 2, 2) == element) return {begin, bytes};
         at = begin + bytes;
     }
     return {};
@@ -89,13 +91,21 @@ Result<std::string> read_head(const InputFile& file) {
     return head;
 }
 
+std::string read_identifier(const InputFile& file, uint32_t element) {
+    const Result<std::string> head = read_head(file);
+    if (!head) return {};
+    const Place place = find_identifier(*head, element);
+    return std::string(trimmed(std::string_view(*head).substr(place.at, place.bytes)));
+}
+
 }  // namespace
 
 std::string stated_syntax(const InputFile& file) {
-    const Result<std::string> head = read_head(file);
-    if (!head) return {};
-    const Place place = find_syntax(*head);
-    return std::string(trimmed(std::string_view(*head).substr(place.at, place.bytes)));
+    return read_identifier(file, kSyntax);
+}
+
+std::string stated_class(const InputFile& file) {
+    return read_identifier(file, kClass);
 }
 
 TransferSyntax transfer_syntax(const std::string& identifier) {
@@ -137,7 +147,7 @@ Result<std::unique_ptr<std::istream>> open_renamed(const InputFile& file,
     // Frames in items have explicit elements, too (PS3.5, A.4).
     const bool in_items = transfer_syntax(identifier).packing != Packing::kPlain;
     std::string other = in_items ? kLosslessJpeg2000 : "1.2.840.10008.1.2.1";
-    const Place place = find_syntax(*bytes);
+    const Place place = find_identifier(*bytes, kSyntax);
     if (place.bytes > 0) {
         other.resize(std::max(place.bytes, other.size() + other.size() % 2), '\0');
         (*bytes)[place.at - 2] = static_cast<char>(other.size());

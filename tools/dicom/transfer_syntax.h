@@ -34,6 +34,9 @@ struct TransferSyntax {
 /// Returns the identifier that a file's first elements state; empty where there is none.
 std::string stated_syntax(const InputFile& file);
 
+/// Likewise what kind of object the file is (its SOP class), also of a file whose other elements are damaged.
+std::string stated_class(const InputFile& file);
+
 /// Says how pixels of this identifier are stored.
 TransferSyntax transfer_syntax(const std::string& identifier);
 

@@ -17,13 +17,11 @@
 #include "tools/openfab/messages.h"
 #include "tools/texture/messages.h"
 #ifdef OPENFAB_READS_DICOM
+#include "tests/programs/tools/noted_dicom.h"
 #include "tools/dicom/messages.h"
 #endif
 #ifdef OPENFAB_READS_HDF5
-#include <hdf5.h>
-
-#include <array>
-
+#include "tests/programs/tools/noted_hdf5.h"
 #include "tools/hdf5/messages.h"
 #endif
 
@@ -160,70 +158,6 @@ constexpr const char* kXdmfSteps =
 <Attribute Name="f"><DataItem Dimensions="1 1 2">1 1</DataItem></Attribute></Grid></Grid></Domain></Xdmf>
 )";
 
-#ifdef OPENFAB_READS_DICOM
-/// A slice of 2 x 1 pixels, of which the lower number is shown in white.
-std::string dicom() {
-    const auto element = [](uint64_t group, uint64_t item, const std::string& kind,
-                            std::string data) {
-        if (data.size() % 2 != 0) data += kind == "UI" ? '\0' : ' ';
-        const bool is_long = kind == "OW" || kind == "OB";
-        return little(group, 2) + little(item, 2) + kind +
-               (is_long ? little(0, 2) + little(data.size(), 4) : little(data.size(), 2)) + data;
-    };
-    const auto number = [&](uint64_t group, uint64_t item, uint64_t value) {
-        return element(group, item, "US", little(value, 2));
-    };
-    const std::string kind = element(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.2");
-    const std::string meta = element(2, 1, "OB", std::string("\0\1", 2)) + kind +
-                             element(2, 3, "UI", "1.2.3.1") +
-                             element(2, 0x10, "UI", "1.2.840.10008.1.2.1");
-    return std::string(128, '\0') + "DICM" + element(2, 0, "UL", little(meta.size(), 4)) + meta +
-           element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2") + element(0x18, 0x50, "DS", "1") +
-           element(0x20, 0xe, "UI", "1.2.3") + element(0x20, 0x32, "DS", "0\\0\\0") +
-           element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0") + number(0x28, 2, 1) +
-           element(0x28, 4, "CS", "MONOCHROME1") + number(0x28, 0x10, 1) + number(0x28, 0x11, 2) +
-           element(0x28, 0x30, "DS", "1\\1") + number(0x28, 0x100, 16) + number(0x28, 0x101, 16) +
-           number(0x28, 0x102, 15) + number(0x28, 0x103, 0) +
-           element(0x7fe0, 0x10, "OW", little(1, 2) + little(0, 2));
-}
-#endif
-
-#ifdef OPENFAB_READS_HDF5
-/// Image data of VTK's in HDF5, of which no chunk was written.
-std::string vtk_hdf(const std::string& path) {
-    const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-    const hid_t root = H5Gcreate2(file, "VTKHDF", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-    const hid_t text = H5Tcopy(H5T_C_S1), one = H5Screate(H5S_SCALAR);
-    H5Tset_size(text, 9);
-    const hid_t type = H5Acreate2(root, "Type", text, one, H5P_DEFAULT, H5P_DEFAULT);
-    EXPECT_GE(H5Awrite(type, text, "ImageData"), 0);
-    const hsize_t six = 6;
-    const hid_t sides = H5Screate_simple(1, &six, nullptr);
-    const hid_t extent =
-        H5Acreate2(root, "WholeExtent", H5T_STD_I32LE, sides, H5P_DEFAULT, H5P_DEFAULT);
-    const std::array<int, 6> corners{0, 1, 0, 0, 0, 0};
-    EXPECT_GE(H5Awrite(extent, H5T_NATIVE_INT, corners.data()), 0);
-    const hid_t points = H5Gcreate2(root, "PointData", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-    const std::array<hsize_t, 3> size{1, 1, 2};
-    const hid_t space = H5Screate_simple(3, size.data(), nullptr);
-    const hid_t layout = H5Pcreate(H5P_DATASET_CREATE);
-    H5Pset_chunk(layout, 3, size.data());
-    const hid_t set =
-        H5Dcreate2(points, "f", H5T_IEEE_F32LE, space, H5P_DEFAULT, layout, H5P_DEFAULT);
-    for (const hid_t each : {type, extent})
-        H5Aclose(each);
-    for (const hid_t each : {one, sides, space})
-        H5Sclose(each);
-    for (const hid_t each : {points, root})
-        H5Gclose(each);
-    H5Dclose(set);
-    H5Pclose(layout);
-    H5Tclose(text);
-    H5Fclose(file);
-    return read_file(path);
-}
-#endif
-
 constexpr const char* kLegacyImage = R"(# vtk DataFile Version 3.0
 an image
 ASCII
@@ -296,7 +230,15 @@ std::vector<Row> rows() {
         {"series_of_time", "series.xdmf", kXdmfSteps,
          fmt::format(notes::kFirstOfSteps, "series.xdmf", 2)},
 #ifdef OPENFAB_READS_DICOM
-        {"dicom", "scan.dcm", dicom(), fmt::format(notes::kStoredMonochrome1, "scan.dcm")},
+        {"inverted", "inverted.dcm", inverted_dicom(),
+         fmt::format(notes::kStoredMonochrome1, "inverted.dcm")},
+        {"unplaced", "unplaced.dcm", unplaced_dicom(),
+         fmt::format(notes::kPlaceUnknown, "unplaced.dcm")},
+        {"ultrasound", "ultrasound.dcm", ultrasound_dicom(),
+         fmt::format(notes::kPlaceOfVolume, "ultrasound.dcm")},
+        {"nuclear", "nuclear.dcm", nuclear_dicom(), fmt::format(notes::kContiguous, "nuclear.dcm")},
+        {"mapped", "mapped.dcm", mapped_dicom(), fmt::format(notes::kOtherValues, "mapped.dcm")},
+        {"digits", "digits.dcm", long_dicom(), fmt::format(notes::kRounded, "digits.dcm")},
 #endif
         {"pages", "pages.tif", tiff({Page{}, Page{}}),
          fmt::format(notes::kSeveralPictures, "pages.tif"), true},
@@ -343,10 +285,36 @@ class TextureNotes : public ::testing::Test {
             add(row.name, row.file, row.told, row.is_picture, &textures, &objects, &build);
         }
 #ifdef OPENFAB_READS_HDF5
-        scratch_.write("field.vtkhdf", vtk_hdf(path("made.h5")));
-        add("vtkhdf", "field.vtkhdf",
-            fmt::format(notes::kChunksAreFill, 1, 1, "/VTKHDF/PointData/f"), false, &textures,
-            &objects, &build);
+        const std::string unwritten =
+            fmt::format(notes::kChunksAreFill, 1, 1, "/VTKHDF/PointData/f");
+        write_vtk_hdf(path("unwritten.vtkhdf"), HdfField::kUnwritten);
+        write_vtk_hdf(path("ghosts.vtkhdf"), HdfField::kWithGhosts);
+        write_vtk_hdf(path("long.vtkhdf"), HdfField::kLong);
+        scratch_.write("unwritten.xdmf", xdmf_of("unwritten.vtkhdf:/VTKHDF/PointData/f"));
+        scratch_.write("long.xdmf", xdmf_of("long.vtkhdf:/VTKHDF/PointData/f"));
+        const std::string rounded = fmt::format(notes::kIntegersRounded, notes::kItsFieldAlone);
+        const std::string ghosts =
+            fmt::format(notes::kGhostsLeftOut, "ghosts.vtkhdf", "vtkGhostType");
+        add("unwritten", "unwritten.vtkhdf", unwritten, false, &textures, &objects, &build);
+        add("ghosts", "ghosts.vtkhdf", ghosts, false, &textures, &objects, &build);
+        add("long", "long.vtkhdf", rounded, false, &textures, &objects, &build);
+        add("unwritten_set", "unwritten.xdmf", unwritten, false, &textures, &objects, &build);
+        add("long_set", "long.xdmf", rounded, false, &textures, &objects, &build);
+#endif
+#ifdef OPENFAB_READS_DICOM
+        std::filesystem::create_directory(scratch_ / "hospital");
+        scratch_.write("hospital/im", plain_dicom());
+        scratch_.write("hospital/README", "how to see it");
+        add("hospital", "hospital", fmt::format(notes::kPassedOverNoSlices, "hospital", "README"),
+            false, &textures, &objects, &build);
+        std::filesystem::create_directory(scratch_ / "medium");
+        scratch_.write("medium/im", plain_dicom());
+        scratch_.write("medium/report", report_dicom());
+        add("medium", "medium",
+            fmt::format(
+                notes::kPassedOverOtherSeries, "medium",
+                fmt::format("report ({})", fmt::format(notes::kPixelsAreColours, "PALETTE COLOR"))),
+            false, &textures, &objects, &build);
 #endif
         const auto add_series = [&](const std::string& name, const std::vector<std::string>& files,
                                     const std::string& told) {
@@ -458,6 +426,16 @@ TEST_F(TextureNotes, ReachAnImport) {
         "f 1/1 3/3 2/2\nf 1/1 2/2 4/3\nf 2/1 3/2 4/3\nf 3/1 1/2 4/3\n");
     EXPECT_THAT(openfab({"import", "quad.obj", "-o", "made"}).err,
                 HasSubstr("note: " + fmt::format(notes::kSeveralPictures, "pages.tif") + "\n"));
+#ifdef OPENFAB_READS_DICOM
+    scratch_.write("leg.dcm", segments_dicom());
+    const std::string segments = openfab({"import", "leg.dcm", "-o", "leg"}).err;
+    EXPECT_THAT(segments,
+                HasSubstr("note: " + fmt::format(notes::kSegmentNowhere, 2, "bone") + "\n"));
+    EXPECT_THAT(segments,
+                HasSubstr("note: " + fmt::format(notes::kPlaceUnknown, "leg.dcm") + "\n"));
+    EXPECT_THAT(openfab({"print", "leg/leg.fab.json", "-o", "leg.ofr", "--voxel", "0.5mm"}).err,
+                HasSubstr(fmt::format(notes::kPlaceUnknown, "leg.dcm")));
+#endif
 }
 
 }  // namespace

@@ -205,6 +205,15 @@ TEST_F(DicomFrames, NuclearMedicineSaysWhichSliceEachFrameIs) {
             EXPECT_EQ(origin(*converted(choosing(list.key, 2))), (Vec3d{0, 0, -0.5}));
         }
     }
+    // The lists say the same without a pointer.
+    Slice unsaid = plain(4);
+    unsaid.pixels = {102, 100, 202, 200};
+    unsaid.groups = element(0x18, 0x88, "DS", "3") +
+                    element(0x54, 0x70, "US", shorts({1, 1, 2, 2})) +
+                    element(0x54, 0x80, "US", shorts({2, 1, 2, 1}));
+    write("frames", unsaid.bytes());
+    expect_several("times", "1, 2", "time");
+    expect_values({200, 202}, choosing("time", 2));
     // Slices in another order than their frames, and without a distance but their thickness.
     Slice slice = plain(3);
     slice.pixels = {102, 100, 101};

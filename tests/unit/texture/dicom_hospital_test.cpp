@@ -155,7 +155,7 @@ TEST_F(DicomHospital, AMissingSliceOfFourIsNotTheRule) {
         fill(&slice);
         write(fmt::format("im{}", z), slice.bytes());
     }
-    EXPECT_THAT(trouble(), testing::Says(messages::kSlicesMissing, "1", " is", "im1", "0", "0",
+    EXPECT_THAT(trouble(), testing::Says(messages::kSlicesAreMissing, "1", " is", "im1", "0", "0",
                                          "2.5", "im3", "0", "0", "7.5", "5.000", "2.500"));
     fs::remove(series() / "im1");
     slice.position.z = 2.5 * 4;
@@ -238,6 +238,15 @@ TEST_F(DicomHospital, DosesHaveOffsetsAndAScale) {
     ASSERT_NE(p, nullptr);
     EXPECT_EQ(origin(*p), (Vec3d{-0.5, -0.5, 4}));
     EXPECT_EQ(level0(*p), (std::vector<float>{1.75f, 1e9f, 17'500}));
+    EXPECT_EQ(told(), "");
+    slice.object = "1.2.840.10008.5.1.4.1.1.481.2";
+    slice.groups = element(0x3004, 0x02, "CS", "RELATIVE") + slice.groups;
+    write("dose", slice.bytes());
+    EXPECT_EQ(told(), "note: " + fmt::format(messages::kRelativeDose, "dose") + "\n");
+    // More pixels than its frames.
+    slice.pixels.push_back(1);
+    write("dose", slice.bytes());
+    EXPECT_THAT(told(), HasSubstr("note: " + fmt::format(messages::kPixelsBehind, "dose") + "\n"));
 }
 
 TEST_F(DicomHospital, BigEndianPixelsHaveTheirValues) {
@@ -319,6 +328,33 @@ TEST_F(DicomHospital, WhatIsNoSliceIsPassedOverAndTold) {
     report.series = slice.series;
     write("report", report.bytes());
     EXPECT_EQ(trouble(), "report: " + fmt::format(messages::kPixelsAreColours, "PALETTE COLOR"));
+}
+
+TEST_F(DicomHospital, ABrokenListIsPassedOverWhateverItsName) {
+    Slice slice;
+    slice.position = {0, 0, 1};
+    write_series(slice, {0, 0, 1});
+    Slice list = slice;
+    list.object = "1.2.840.10008.1.3.10";
+    const std::string bytes = list.bytes();
+    const size_t head = bytes.find(element(8, 0x16, "UI", list.object));
+    ASSERT_NE(head, std::string::npos);
+    // A sequence that is cut short, and bytes that are no elements.
+    for (const std::string& rest :
+         {sequence(4, 0x1220, {element(4, 0x1430, "CS", "PATIENT")}).substr(0, 20),
+          std::string(50, '\xa5')}) {
+        for (const char* name : {"DICOMDIR", "dicomdir.bak", "LIST.DCM", "DICOMDIR.1"}) {
+            SCOPED_TRACE(name);
+            write(name, bytes.substr(0, head) + rest);
+            expect_field({4, 3, 8}, {-0.5, -0.5, 0.5});
+            EXPECT_EQ(told(),
+                      fmt::format(messages::kPassedOverNoSlices, "note: series", name) + "\n");
+            fs::remove(series() / name);
+        }
+    }
+    // What might be a slice is not.
+    write("im0", slice.bytes().substr(0, head) + std::string(50, '\xa5'));
+    EXPECT_EQ(trouble(), std::string("im0: ") + messages::kNotDicom);
 }
 
 TEST_F(DicomHospital, TilesAndTablesAreNotTakenForValues) {

@@ -182,7 +182,7 @@ TEST_F(DicomStorage, DosesInPlanesAtSeveralDistancesAreFilled) {
     slice.groups = sequence(0x5200, 0x9229, {straight()}) +
                    sequence(0x5200, 0x9230, {at_z(0), at_z(1), at_z(3)});
     write("dose", slice.bytes());
-    EXPECT_THAT(trouble(), testing::Says(messages::kSlicesMissing));
+    EXPECT_THAT(trouble(), testing::Says(messages::kSlicesAreMissing));
     EXPECT_THAT(trouble(), HasSubstr(messages::kUnequalFramesHelp));
 }
 

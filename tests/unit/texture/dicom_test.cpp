@@ -112,9 +112,9 @@ TEST_F(DicomTest, SaysWhichSliceIsWrong) {
     Slice slice;
     write_series(slice, {0, 0, 1});
     fs::remove(series() / "im1");  // of z = 5
-    EXPECT_EQ(trouble(), fmt::format(messages::kSlicesMissing, 1.0, " is", "im4", 0.0, 0.0, 4.0,
+    EXPECT_EQ(trouble(), fmt::format(messages::kSlicesAreMissing, 1.0, " is", "im4", 0.0, 0.0, 4.0,
                                      "im6", 0.0, 0.0, 6.0, 2.000, 1.000) +
-                             "; " + messages::kSlicesMissingHelp);
+                             "; " + messages::kSlicesAreMissingHelp);
     slice.position = {0, 0, 5};
     fill(&slice);
     write("im1", slice.bytes());
