@@ -48,7 +48,8 @@ std::string filter_name(H5Z_filter_t filter, const std::string& said) {
 
 class SetNumbers final : public ArrayNumbers {
   public:
-    Result<void> open(const InputFile& file, const std::string& set, int64_t count,
+    Result<void> open(const InputFile& file, const std::string& set,
+                      const std::vector<int64_t>& wanted,
                       const std::optional<texture::XdmfSlab>& slab) {
         file_ = open_hdf5(file);
         if (!file_.ok()) return user_error(messages::kNotHdf5);
@@ -88,8 +89,8 @@ class SetNumbers final : public ArrayNumbers {
             start_.assign(slab->start.begin(), slab->start.end());
             stride_.assign(slab->stride.begin(), slab->stride.end());
             sizes_.assign(slab->count.begin(), slab->count.end());
-        } else if (!has_sides || all != count) {
-            return user_error(fmt::format(messages::kDataSetCount, set, count));
+        } else if (Result<void> fits = check_sides(set, all, has_sides, wanted); !fits) {
+            return fits;
         }
         if (Result<void> known = check_filters(layout, set); !known) return known;
         if (Result<void> stored = check_stored(layout, type, set, static_cast<uint64_t>(all));
@@ -119,6 +120,19 @@ class SetNumbers final : public ArrayNumbers {
     bool has_lost() const override { return has_lost_; }
 
   private:
+    /// Refuses a set whose numbers are not in the order of an array of the sides that the XDMF file states.
+    Result<void> check_sides(const std::string& set, hssize_t all, bool has_sides,
+                             const std::vector<int64_t>& wanted) const {
+        int64_t count = 1;
+        for (const int64_t side : wanted)
+            count *= side;
+        if (!has_sides || all != count)
+            return user_error(fmt::format(messages::kDataSetCount, set, count));
+        if (are_in_one_order({sizes_.begin(), sizes_.end()}, wanted)) return {};
+        return user_error(fmt::format(messages::kDataSetSides, set, fmt::join(sizes_, " "),
+                                      fmt::join(wanted, " ")),
+                          messages::kDataSetSidesHelp);
+    }
     /// Whether a link on the way to a set leads to another file.
     bool leads_elsewhere(const std::string& set) const {
         for (size_t end = set.find('/', 1);; end = set.find('/', end + 1)) {
@@ -253,10 +267,10 @@ class SetNumbers final : public ArrayNumbers {
 }  // namespace
 
 Result<std::unique_ptr<ArrayNumbers>> open_data_set(const InputFile& file, const std::string& set,
-                                                    int64_t count,
+                                                    const std::vector<int64_t>& sizes,
                                                     const std::optional<texture::XdmfSlab>& slab) {
     auto out = std::make_unique<SetNumbers>();
-    if (Result<void> opened = out->open(file, set, count, slab); !opened) return opened.error();
+    if (Result<void> opened = out->open(file, set, sizes, slab); !opened) return opened.error();
     return std::unique_ptr<ArrayNumbers>(std::move(out));
 }
 

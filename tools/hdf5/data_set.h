@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/input_file.h"
 #include "base/result.h"
@@ -17,11 +18,12 @@
 namespace openfab::tools {
 
 /// Opens the data set at the path `set`, of integers or floats of any size and byte order, chunked and
-/// compressed by what the library itself has, or not, or a slab of one. Fails where it has not `count` numbers,
-/// or the slab's array not its sides, or where it, or what leads to it, lies in another file: such names
+/// compressed by what the library itself has, or not, or a slab of one. Fails where it has not the
+/// numbers of an array of `sizes`, its sides are not those but for the way they are taken together, or the slab's
+/// array has not its sides, or where it, or what leads to it, lies in another file: such names
 /// were not checked against what may be read.
 Result<std::unique_ptr<ArrayNumbers>> open_data_set(const InputFile& file, const std::string& set,
-                                                    int64_t count,
+                                                    const std::vector<int64_t>& sizes,
                                                     const std::optional<texture::XdmfSlab>& slab);
 
 }  // namespace openfab::tools

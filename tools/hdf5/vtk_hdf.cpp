@@ -187,7 +187,7 @@ MadeReader open_vtk_hdf(const std::filesystem::path& path, const texture::Volume
     reader->size = *size;
     reader->channels = *channels;
     Result<std::unique_ptr<ArrayNumbers>> numbers =
-        open_data_set(reader->file(), set, reader->slice_floats() * size->z, {});
+        open_data_set(reader->file(), set, {size->z, size->y, size->x, *channels}, {});
     if (!numbers) return numbers.error();
     reader->numbers = std::move(*numbers);
     return place_reader(std::move(reader), frame, options, limits);

@@ -317,6 +317,20 @@ Result<size_t> pick_field(const std::vector<std::string>& names, const std::stri
     return user_error(fmt::format(messages::kNoSuchField, name, all));
 }
 
+bool are_in_one_order(const std::vector<int64_t>& a, const std::vector<int64_t>& b) {
+    const auto runs = [](const std::vector<int64_t>& sides) {
+        std::vector<int64_t> out{1};
+        for (const int64_t side : sides) {
+            if (side != 1) out.push_back(out.back() * side);
+        }
+        return out;
+    };
+    const std::vector<int64_t> of_a = runs(a), of_b = runs(b);
+    return of_a.back() == of_b.back() &&
+           (std::includes(of_a.begin(), of_a.end(), of_b.begin(), of_b.end()) ||
+            std::includes(of_b.begin(), of_b.end(), of_a.begin(), of_a.end()));
+}
+
 Result<int32_t> field_channels(const std::string& name, int64_t components) {
     if (components <= 4) return static_cast<int32_t>(components);
     return user_error(fmt::format(messages::kFieldComponents, name, components));

@@ -69,6 +69,10 @@ Result<size_t> pick_field(const std::vector<std::string>& names, const std::stri
 /// Returns the components of a field as channels. Fails where there are more than four.
 Result<int32_t> field_channels(const std::string& name, int64_t components);
 
+/// Whether the numbers of an array of sides `a` are in the order of one of sides `b`, the last of which runs
+/// fastest: they are if one has the sides of the other but for some that are taken together, and sides of 1.
+bool are_in_one_order(const std::vector<int64_t>& a, const std::vector<int64_t>& b);
+
 /// Reads the next `count` numbers, rounded to float; tells where that changes an integer.
 Result<void> read_floats(ArrayNumbers* numbers, float* out, int64_t count);
 

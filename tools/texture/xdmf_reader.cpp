@@ -48,9 +48,11 @@ ArrayType type_of(const XdmfItem& item) {
 /// The numbers of an item, which must outlive this.
 class ItemNumbers {
   public:
-    /// Fails where the item cannot be read or has not bytes for its numbers; `what` it is, for errors.
-    static Result<ItemNumbers> open(const XdmfItem& item, const std::string& what,
-                                    const fs::path& path, const texture::ReadLimits& limits,
+    /// Fails where the item cannot be read or has not bytes for its numbers; `what` it is, for errors. `sizes`: in
+    /// whose order a data set must be.
+    static Result<ItemNumbers> open(const XdmfItem& item, const std::vector<int64_t>& sizes,
+                                    const std::string& what, const fs::path& path,
+                                    const texture::ReadLimits& limits,
                                     const OpenDataSet& open_set) {
         const auto failed = [&](const Error& error) {
             return with_context(error, fmt::format(messages::kCannotBeRead, what));
@@ -77,7 +79,7 @@ class ItemNumbers {
             if (!file) return failed(file.error());
             out.file_ = std::make_unique<InputFile>(std::move(*file));
             if (is_set) {
-                numbers = open_set(*out.file_, item.set, item.count, item.slab);
+                numbers = open_set(*out.file_, item.set, sizes, item.slab);
             } else {
                 ArrayBytes bytes;
                 bytes.file = out.file_.get();
@@ -134,15 +136,22 @@ class Source {
     }
 
   private:
-    Result<ItemNumbers> numbers(const XdmfItem& item, const std::string& what) const {
-        return ItemNumbers::open(item, what, path_, limits_, open_set_);
+    Result<ItemNumbers> numbers(const XdmfItem& item, const std::string& what,
+                                const std::vector<int64_t>& sizes = {}) const {
+        return ItemNumbers::open(item, sizes.empty() ? item.sizes : sizes, what, path_, limits_,
+                                 open_set_);
     }
 
     /// Opens the field, which has a value for each of `items`, and says how many channels it has.
     Result<ItemNumbers> open_field(int64_t items, int32_t* channels) const {
         const int64_t count = field_->item.count;
         const std::string what = fmt::format(messages::kItsField, field_->name);
-        Result<ItemNumbers> opened = numbers(field_->item, what);
+        // A data set may have more sides than the field says.
+        const std::vector<int64_t> whole = sides_of(items, std::max<int64_t>(1, count / items));
+        const bool is_finer =
+            are_in_one_order(field_->item.sizes, whole) && field_->item.sizes.size() < whole.size();
+        Result<ItemNumbers> opened =
+            numbers(field_->item, what, is_finer ? whole : field_->item.sizes);
         if (!opened) return opened;
         if (count % items != 0) {
             return user_error(fmt::format(messages::kNumbersFor, what, count, items,
@@ -150,21 +159,31 @@ class Source {
         }
         const Result<int32_t> found = field_channels(field_->name, count / items);
         if (!found) return found.error();
-        if (Result<void> fits = check_sides(); !fits) return fits.error();
+        if (Result<void> fits = check_sides(items, *found); !fits) return fits.error();
         *channels = *found;
         return opened;
     }
 
-    /// Refuses a field whose sides are those of the grid in another order.
-    Result<void> check_sides() const {
+    /// The sides of an array of the grid's items, and of the components of each.
+    std::vector<int64_t> sides_of(int64_t items, int64_t components) const {
+        std::vector<int64_t> out{items};
+        if (grid_.topology.starts_with("3d") && grid_.points_along.size() == 3) {
+            out = grid_.points_along;
+            for (int64_t& side : out)
+                side = field_->of_points ? side : std::max<int64_t>(1, side - 1);
+        }
+        out.push_back(components);
+        return out;
+    }
+
+    /// Refuses a field whose numbers are not in the order of the `items` of the grid, those of an item behind each
+    /// other.
+    Result<void> check_sides(int64_t items, int32_t channels) const {
         const std::vector<int64_t>& sides = field_->item.sizes;
-        std::vector<int64_t> wanted = grid_.points_along;
-        if (field_->item.slab || wanted.size() != 3 || sides.size() < 3) return {};
-        for (int64_t& side : wanted)
-            side = field_->of_points ? side : std::max<int64_t>(1, side - 1);
-        if (std::equal(wanted.begin(), wanted.end(), sides.begin()) ||
-            !std::is_permutation(wanted.begin(), wanted.end(), sides.begin()))
-            return {};
+        if (field_->item.slab) return {};
+        std::vector<int64_t> wanted = sides_of(items, channels);
+        if (are_in_one_order(sides, wanted)) return {};
+        if (channels == 1) wanted.pop_back();
         return user_error(fmt::format(messages::kFieldSides, field_->name, fmt::join(sides, " "),
                                       fmt::join(wanted, " ")),
                           messages::kFieldSidesHelp);

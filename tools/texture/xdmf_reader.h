@@ -19,10 +19,10 @@
 
 namespace openfab::tools {
 
-/// Opens the data set at this path of an HDF5 file, or a slab of it. Fails where that has not `count`
-/// numbers. Must not outlive the file.
+/// Opens the data set at this path of an HDF5 file, or a slab of it. Fails where its numbers
+/// are not those of an array of `sizes` in their order. Must not outlive the file.
 using OpenDataSet = std::function<Result<std::unique_ptr<ArrayNumbers>>(
-    const InputFile& file, const std::string& set, int64_t count,
+    const InputFile& file, const std::string& set, const std::vector<int64_t>& sizes,
     const std::optional<texture::XdmfSlab>& slab)>;
 
 /// Opens an XDMF file: its one grid, of the options' time where it has several steps, else of the first; of

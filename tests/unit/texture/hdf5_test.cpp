@@ -193,6 +193,30 @@ TEST_F(Hdf5Test, NumbersOfEachKindComeBackInEachLayout) {
     H5Tclose(truth);
 }
 
+TEST_F(Hdf5Test, ASetOfOtherSidesThanTheGridIsRefusedWhateverTheFieldSays) {
+    std::vector<double> numbers(60);
+    const auto outcome = [&](const std::vector<hsize_t>& sides, const std::string& dimensions) {
+        const std::string name = fmt::format("/d{}", fmt::join(sides, "_"));
+        item(name, sides, numbers, H5T_IEEE_F32LE);
+        H5Fflush(file_, H5F_SCOPE_LOCAL);
+        const Result<void> done = made(
+            "<Xdmf><Domain><Grid><Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"3 4 5\"/>"
+            "<Geometry GeometryType=\"ORIGIN_DXDYDZ\"><DataItem Dimensions=\"3\">0 0 0</DataItem>"
+            "<DataItem Dimensions=\"3\">1 1 1</DataItem></Geometry><Attribute Name=\"E\">" +
+            named(dimensions, "m.h5:" + name) + "</Attribute></Grid></Domain></Xdmf>");
+        return done ? std::string("no error") : done.error().text();
+    };
+    EXPECT_EQ(outcome({3, 4, 5}, "60"), "no error");
+    EXPECT_EQ(outcome({60}, "60"), "no error");
+    EXPECT_EQ(outcome({12, 5}, "3 4 5"), "no error");
+    for (const std::vector<hsize_t>& sides :
+         {std::vector<hsize_t>{5, 4, 3}, {4, 3, 5}, {15, 4}, {5, 12}})
+        EXPECT_THAT(
+            outcome(sides, "60"),
+            testing::Says(messages::kDataSetSides, fmt::format("/d{}", fmt::join(sides, "_")),
+                          fmt::format("{}", fmt::join(sides, " ")), "3 4 5 1"));
+}
+
 TEST_F(Hdf5Test, PartsOfDataSetsAreRead) {
     // Chunks that were never written claim nothing, and no memory.
     const hid_t chunked = H5Pcreate(H5P_DATASET_CREATE);
@@ -266,6 +290,13 @@ TEST_F(Hdf5Test, SaysWhatIsWrong) {
     EXPECT_THAT(wrong(named("128", "m.h5:/E")),
                 testing::Says(messages::kDataSetCount, "/E", "128"));
     EXPECT_THAT(wrong(named("64", "m.h5")), testing::Says(texture::messages::kNoDataFile));
+    // Numbers in another order than the file says, and sides that are only taken together.
+    item("/S", {8, 2, 4}, values(), H5T_IEEE_F64LE);
+    for (const char* sides : {"4 16", "4 2 8", "32 2"})
+        EXPECT_THAT(wrong(named(sides, "m.h5:/S")),
+                    testing::Says(messages::kDataSetSides, "/S", "8 2 4", sides));
+    for (const char* sides : {"64", "8 8", "16 4", "1 64 1", "8 2 2 2"})
+        EXPECT_EQ(wrong(named(sides, "m.h5:/S")), "no error") << sides;
     EXPECT_THAT(wrong(named("64", "m.xdmf:/E")), testing::Says(messages::kNotHdf5));
     const hid_t text = H5Tcopy(H5T_C_S1);
     H5Tset_size(text, 8);

@@ -121,7 +121,15 @@ TEST_F(XdmfTest, RegularGridsAreInPlace) {
         };
         EXPECT_EQ(turned("4 3 2"), fmt::format(messages::kFieldSides, "E", "4 3 2", "2 3 4") +
                                        "; " + messages::kFieldSidesHelp);
-        EXPECT_EQ(turned("24"), "no error");
+        for (const char* other : {"4 6", "3 8", "12 2", "6 2 2", "3 2 4"})
+            EXPECT_THAT(turned(other), testing::Says(messages::kFieldSides, "E", other, "2 3 4"));
+        // Some sides taken together, which leaves the order as it is.
+        for (const char* same : {"24", "6 4", "2 12", "1 2 3 4", "2 3 4 1", "2 3 2 2"})
+            EXPECT_EQ(turned(same), "no error") << same;
+        EXPECT_THAT(
+            message(file(
+                grid(frame + attribute("v", "Cell", writer.item(kFloat32, "3 1 2 3", vectors))))),
+            testing::Says(messages::kFieldSides, "v", "3 1 2 3", "1 2 3 3"));
         options.field = "v";
         options.unit = "cm";
         const auto q = converted(written, options);
