@@ -13,6 +13,7 @@
 #include "tools/texture/messages.h"
 #include "tools/texture/tiff_numbers.h"
 #include "tools/texture/tiff_pages.h"
+#include "tools/texture/tiff_sums.h"
 
 namespace openfab::tools {
 
@@ -149,6 +150,10 @@ bool TiffDirectory::is_plain() const {
            (photometric == PHOTOMETRIC_YCBCR && compression == COMPRESSION_JPEG);
 }
 
+bool TiffDirectory::is_colour() const {
+    return photometric == PHOTOMETRIC_RGB || photometric == PHOTOMETRIC_YCBCR;
+}
+
 bool TiffDirectory::is_palette() const {
     return photometric == PHOTOMETRIC_PALETTE;
 }
@@ -199,6 +204,7 @@ Result<void> TiffImage::read_directory(int64_t memory_bytes) {
     char* text = nullptr;
     if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text != nullptr)
         about_.description = text;
+    if (TIFFGetField(tiff, TIFFTAG_SOFTWARE, &text) == 1 && text != nullptr) about_.software = text;
     read_private();
     if (Result<void> known = check_kind(); !known) return known;
     if (about_.photometric == PHOTOMETRIC_YCBCR && about_.compression == COMPRESSION_JPEG)
@@ -224,13 +230,24 @@ Result<void> TiffImage::read_directory(int64_t memory_bytes) {
 
 void TiffImage::read_private() {
     TIFF* const tiff = handle_->tiff;
-    constexpr uint32_t kStk = 33629, kLsm = 34412;
+    constexpr uint32_t kStk = 33629;
     uint32_t count = 0;
     const void* value = nullptr;
     // Not known to the library, which guesses their types from the file.
     if (TIFFGetField(tiff, kStk, &count, &value) == 1) about_.stk_planes = count;
-    if (TIFFGetField(tiff, kLsm, &count, &value) == 1 && value != nullptr)
-        about_.lsm.assign(static_cast<const char*>(value), count);
+    const std::pair<uint32_t, std::string*> texts[] = {{34412, &about_.lsm},
+                                                       {34361, &about_.fluoview},
+                                                       {51123, &about_.micro_manager},
+                                                       {42112, &about_.scaling},
+                                                       {42113, &about_.no_data}};
+    for (const auto& [tag, text] : texts) {
+        const TIFFField* const known = TIFFFindField(tiff, tag, TIFF_ANY);
+        // Numbers of one byte each.
+        if (known == nullptr || TIFFDataWidth(TIFFFieldDataType(known)) != 1 ||
+            TIFFGetField(tiff, tag, &count, &value) != 1 || value == nullptr)
+            continue;
+        text->assign(static_cast<const char*>(value), count);
+    }
 }
 
 Result<void> TiffImage::check_kind() {
@@ -346,9 +363,27 @@ Result<void> TiffImage::read_chunk(uint32_t chunk, int64_t bytes) {
     const tmsize_t got = tiled ? TIFFReadEncodedTile(tiff, chunk, bytes_.data(), bytes)
                                : TIFFReadEncodedStrip(tiff, chunk, bytes_.data(), bytes);
     if (handle_->error.empty() && only_warns(about_.compression)) handle_->error = handle_->warning;
-    if (got == bytes && handle_->error.empty()) return {};
+    if (got == bytes && handle_->error.empty() && has_right_end(chunk)) return {};
+    if (about_.compression == COMPRESSION_OJPEG)
+        return trouble(messages::kOldJpegNotRead, messages::kOldJpegHelp);
     return trouble(fmt::format(messages::kChunkDamaged, tiled ? "tile" : "strip", chunk),
                    messages::kChunkHelp);
+}
+
+bool TiffImage::has_right_end(uint32_t chunk) {
+    if (!has_sums(about_.compression)) return true;
+    TIFF* const tiff = handle_->tiff;
+    TiffChunk read{chunk, &bytes_};
+    if (TIFFIsTiled(tiff) == 0) {
+        const auto in_plane =
+            static_cast<uint32_t>((about_.height + about_.rows - 1) / about_.rows);
+        read.whole_bytes = TIFFVStripSize(tiff, static_cast<uint32_t>(about_.rows));
+        read.may_be_longer = chunk % in_plane + 1 == in_plane &&
+                             read.whole_bytes > static_cast<int64_t>(bytes_.size());
+    }
+    const bool right = has_right_sum(tiff, about_.compression, read, &handle_->error);
+    if (right) handle_->error.clear();
+    return right;
 }
 
 void TiffImage::convert(const uint8_t* row, int64_t pixels, Scale scale, int sample, float* out) {

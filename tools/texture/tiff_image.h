@@ -32,10 +32,15 @@ struct TiffDirectory {
     std::array<double, 2> resolution{};  ///< pixels per unit along x and y; 0: none
     int resolution_unit = 2;             ///< 1: none, 2: inch, 3: centimetre
     int64_t stk_planes = 0;              ///< MetaMorph's count of planes behind each other
-    std::string lsm;                     ///< what Zeiss microscopes say of the whole file
+    /// What makers of microscopes say of the whole file: Zeiss, Olympus, and of each page: Micro-Manager.
+    std::string lsm, fluoview, micro_manager;
+    std::string software;
+    std::string no_data, scaling;  ///< what GDAL says of its numbers
 
     /// Returns whether samples are numbers, or light that is not stored as anything else.
     bool is_plain() const;
+    /// Returns whether samples are red, green and blue.
+    bool is_colour() const;
     /// Returns whether samples are indices into a table of colours.
     bool is_palette() const;
 };
@@ -82,6 +87,8 @@ class TiffImage {
     /// Reads what microscopes write in tags of their own.
     void read_private();
     Result<void> read_chunk(uint32_t chunk, int64_t bytes);
+    /// Whether the check sum behind the chunk that was read is right, where there is one.
+    bool has_right_end(uint32_t chunk);
     Result<void> read_strips(int64_t y, Scale scale, float* band);
     Result<void> read_tiles(int32_t z, int64_t y, Scale scale, float* band);
     void convert(const uint8_t* row, int64_t pixels, Scale scale, int sample, float* out);

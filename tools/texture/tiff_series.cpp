@@ -15,6 +15,7 @@
 #include "texture/data_files.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/placed_grid.h"
+#include "tools/texture/tiff_makers.h"
 
 namespace openfab::tools {
 
@@ -139,6 +140,11 @@ Result<TiffSeries> shaped_series(const TiffDirectory& first, int64_t pages) {
         const auto a = static_cast<size_t>(axis);
         if (shape[a] == 1) continue;
         const char letter = letters.size() == shape.size() ? letters[a] : '?';
+        // What they are by tifffile's letters; a sequence of unknown pictures (Q, I) is one of slices.
+        constexpr std::string_view kOthers = "APRHELVMB";
+        if (kOthers.find(letter) != std::string_view::npos)
+            return user_error(fmt::format(messages::kAxisOfPages, shape[a], letter),
+                              messages::kWriteAsPagesHelp);
         int64_t* const count = count_of(letter, &said);
         // Two that nobody names would be a guess.
         if (*count > 1 || (over > 0 && letter == '?'))
@@ -205,6 +211,15 @@ void tell_resolution(const TiffDirectory& first, TiffSeries* series) {
     series->notes.push_back(fmt::format(messages::kResolutionLeftOut, mm / x, mm / y));
 }
 
+/// What GDAL says of the numbers, which are read as they are stored.
+void tell_meaning(const TiffDirectory& first, TiffSeries* series) {
+    const std::string no_data = first.no_data.substr(0, first.no_data.find('\0'));
+    if (!no_data.empty()) series->notes.push_back(fmt::format(messages::kNoDataAsStored, no_data));
+    if (first.scaling.find("role=\"scale\"") != std::string::npos ||
+        first.scaling.find("role=\"offset\"") != std::string::npos)
+        series->notes.emplace_back(messages::kScalingLeftOut);
+}
+
 }  // namespace
 
 Result<TiffSeries> read_tiff_series(const TiffDirectory& first, int64_t pages,
@@ -222,8 +237,10 @@ Result<TiffSeries> read_tiff_series(const TiffDirectory& first, int64_t pages,
     } else if (!first.lsm.empty()) {
         series = lsm_series(first, pages);
     } else {
+        if (Result<void> plain = check_maker(first, pages); !plain) return plain.error();
         series->slices = pages;
     }
+    if (series) tell_meaning(first, &*series);
     if (series && first.orientation > 1)
         series->notes.push_back(fmt::format(messages::kOrientationLeftOut, first.orientation));
     if (series) tell_resolution(first, &*series);

@@ -20,6 +20,7 @@
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/slice_names.h"
 #include "tools/texture/tiff_image.h"
+#include "tools/texture/tiff_makers.h"
 #include "tools/texture/tiff_pages.h"
 #include "tools/texture/tiff_series.h"
 
@@ -78,6 +79,7 @@ class TiffPlanes {
         const Result<TiffSeries> series =
             read_tiff_series(page, static_cast<int64_t>(pages->size()), name);
         if (!series) return series.error();
+        if (Result<void> slices = check_pages(*file, page, *pages); !slices) return slices.error();
         const Result<int64_t> channel = choose(*series);
         if (!channel) return channel.error();
         if (index == 0) {
@@ -96,6 +98,18 @@ class TiffPlanes {
             }
         }
         return {};
+    }
+
+    /// Fails where what a program wrote with each page says that they are not slices.
+    Result<void> check_pages(const InputFile& file, const TiffDirectory& page,
+                             const std::vector<uint64_t>& pages) const {
+        const bool has_list = page.description.starts_with("ImageJ=") ||
+                              page.description.find("<OME") != std::string::npos;
+        if (page.micro_manager.empty() || has_list || pages.size() < 2) return {};
+        const Result<std::unique_ptr<TiffImage>> last =
+            TiffImage::open(file, pages.back(), limits_.memory_bytes);
+        if (!last) return last.error();
+        return check_micro_manager((*last)->directory(), static_cast<int64_t>(pages.size()));
     }
 
     /// Lists the pages, without smaller copies of others.
@@ -226,7 +240,7 @@ class TiffStack final : public VolumeReader {
         channels = image.luminance ? 1 : first.samples;
         // Slices are mostly measurements; only colour images count as pictures.
         const bool is_byte = first.bits == 8 && first.kind == TiffDirectory::Kind::kUnsigned;
-        const bool colour = is_byte && first.samples >= 3;
+        const bool colour = is_byte && first.samples >= 3 && first.is_colour();
         if (image.space == "auto") image.space = colour ? "srgb" : "linear";
         if (image.space == "srgb" || image.luminance) {
             const OIIO::ImageSpec spec(first.width, first.height, first.samples,
