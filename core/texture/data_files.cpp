@@ -47,7 +47,10 @@ Error malformed(const std::string& text) {
 }  // namespace
 
 bool is_file_list(std::string_view text) {
-    return take_word(&text) == "LIST" && take_word(&text).size() <= 1;
+    if (take_word(&text) != "LIST") return false;
+    // How many dimensions each file has may stand behind, as 2 or 2D.
+    const std::string_view word = take_word(&text);
+    return word.size() <= 1 || (word.size() == 2 && word[1] == 'D');
 }
 
 std::vector<std::string> lines_of(std::string_view text) {

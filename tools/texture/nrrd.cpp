@@ -215,7 +215,7 @@ std::optional<bool> is_in_space(const Axes& axes, size_t axis) {
 }
 
 /// Finds which axis is that of channels; -1 where there is none. What the header leaves open is the
-/// first, or the last where the first is too long.
+/// first, or the last where the first is too long; tells where it could be either.
 Result<int> channel_axis(const Axes& axes) {
     constexpr int64_t kMostChannels = 4;
     const int count = static_cast<int>(axes.sizes.size());
@@ -231,6 +231,9 @@ Result<int> channel_axis(const Axes& axes) {
     }
     if (count == 3 || found >= 0) return found;
     if (unknown == 0) return user_error(messages::kFourAxesInSpace);
+    const bool both = axes.sizes.front() <= kMostChannels && axes.sizes.back() <= kMostChannels &&
+                      !is_in_space(axes, 0) && !is_in_space(axes, axes.sizes.size() - 1);
+    if (both) tell(fmt::format(messages::kAxesUnknown, axes.sizes.front(), axes.sizes.back()));
     return axes.sizes.front() > kMostChannels && axes.sizes.back() <= kMostChannels ? count - 1 : 0;
 }
 
@@ -266,6 +269,20 @@ bool step_of(const std::string& word, Vec3d* out) {
         if (std::fabs((*out)[k]) <= least) (*out)[k] = 0;
     }
     return std::isfinite(least);
+}
+
+/// Turns a frame of a left-handed space into one of a right-handed one, where the header says which.
+Result<void> turn_left_handed(const texture::NrrdHeader& header, const std::string& name,
+                              std::optional<GridFrame>* frame) {
+    const std::string space = lower_ascii(header.field("space"));
+    if (space == "3d-left-handed")
+        return user_error(fmt::format(messages::kLeftHanded, space), messages::kLeftHandedHelp);
+    if (!*frame || (space != "left-anterior-superior" && space != "las")) return {};
+    tell(fmt::format(messages::kTurnedToBack, name));
+    for (Vec3d& step : (*frame)->steps)
+        step.y = 0 - step.y;
+    (*frame)->first.y = 0 - (*frame)->first.y;
+    return {};
 }
 
 /// Reads where its texels lie; nothing where the header does not say. Without an origin it begins at 0.
@@ -389,8 +406,10 @@ MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options
         return fits.error();
     const Result<double> unit = header_unit_mm(header, options);
     if (!unit) return unit.error();
-    const Result<std::optional<GridFrame>> frame = read_frame(header, *axes, *channels, *unit);
+    Result<std::optional<GridFrame>> frame = read_frame(header, *axes, *channels, *unit);
     if (!frame) return frame.error();
+    if (Result<void> turned = turn_left_handed(header, file.filename().string(), &*frame); !turned)
+        return turned.error();
     tell_left_out(header, grid.format.kind != NumberFormat::Kind::kFloat, file.filename().string());
     if (Result<void> opened = open_numbers(std::move(*source), file, header, limits, &grid);
         !opened)

@@ -13,6 +13,7 @@
 #include "base/units.h"
 #include "texture/nrrd_header.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -230,6 +231,9 @@ MadeReader open_stored_grid(StoredGrid grid, const texture::ReadLimits& limits) 
         return user_error(fmt::format(messages::kPackedBehindTooMuch, format_bytes(grid.skip),
                                       format_bytes(limits.memory_bytes)));
     }
+    const int64_t behind = left - grid.bytes() - grid.skip;
+    if (behind > 0 && !grid.packed && !grid.text && !grid.goes_on)
+        tell(fmt::format(messages::kBytesBehind, behind));
     if (Result<void> skipped = grid.stream->skip(grid.skip); !skipped) return skipped.error();
     const bool is_first = grid.channel_axis == 0 || grid.channels == 1;
     // Beside it lies what it is put in order in (placed_grid.h).

@@ -41,6 +41,7 @@ class VtkFile : public VtkImage {
         // Of older files alone:
         int64_t bytes = 0, total = 0;  ///< in the file, and numbers that they are
         int64_t skip = 0;              ///< of these numbers, before the first that counts
+        double times = 1;              ///< of the numbers in the file
         bool interleaved = false;      ///< each cell's number of corners before its corners
     };
 

@@ -393,10 +393,13 @@ class VtkFile::Legacy {
         if (!called) return called.error();
         int64_t components = 0;
         if (Result<void> got = parts(*called, &components); !got) return got;
-        // Bytes are 0 to 255, text is 0 to 1.
+        // Bytes are 0 to 255, and so is what text has as 0 to 1: both are of one writer.
         const TypeName of = binary_ ? TypeName{"unsigned_char", ArrayType::kUInt8, 1}
                                     : TypeName{"float", ArrayType::kFloat32, 4};
-        return data(array_of(*called, components), of, items_ * components);
+        Array array = array_of(*called, components);
+        constexpr double kWhite = 255;
+        array.times = binary_ ? 1 : kWhite;
+        return data(std::move(array), of, items_ * components);
     }
 
     Result<void> table() {

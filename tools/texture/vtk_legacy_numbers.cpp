@@ -20,18 +20,24 @@ namespace {
 /// The numbers of a text that is kept.
 class KeptText final : public ArrayNumbers {
   public:
-    explicit KeptText(std::string text) : text_(std::move(text)) {}
+    KeptText(std::string text, double times) : text_(std::move(text)), times_(times) {}
     Result<void> open(int64_t count) {
         Result<std::unique_ptr<ArrayNumbers>> opened = open_array_text(text_, count);
         if (!opened) return opened.error();
         numbers_ = std::move(*opened);
         return {};
     }
-    Result<void> next(double* out, size_t count) override { return numbers_->next(out, count); }
+    Result<void> next(double* out, size_t count) override {
+        Result<void> got = numbers_->next(out, count);
+        for (size_t i = 0; i < count && times_ != 1; ++i)
+            out[i] *= times_;
+        return got;
+    }
     bool are_integers() const override { return numbers_->are_integers(); }
 
   private:
     std::string text_;
+    double times_;
     std::unique_ptr<ArrayNumbers> numbers_;
 };
 
@@ -101,7 +107,7 @@ Result<std::unique_ptr<ArrayNumbers>> VtkFile::legacy_numbers(const Array& array
         const Result<size_t> got = file_.read(array.offset, text.data(), text.size());
         if (!got) return got.error();
         text.resize(*got);
-        auto kept = std::make_unique<KeptText>(std::move(text));
+        auto kept = std::make_unique<KeptText>(std::move(text), array.times);
         if (Result<void> opened = kept->open(array.total); !opened) return opened.error();
         out = std::move(kept);
     } else {

@@ -185,6 +185,7 @@ TEST_F(GridsTest, NumbersMayLieInAFileASlice) {
              {"g.nhdr", nrrd + "encoding: gzip\ndata file: z%d.gz 0 3 1\n"},
              {"a.mhd", meta + "ElementDataFile = s%03d.raw 0 3 1\n"},
              {"b.mhd", meta + "ElementDataFile = LIST\n" + list},
+             {"d.mhd", meta + "ElementDataFile = LIST 2D\n" + list},
              {"c.mhd", meta + "HeaderSize = 6\nElementDataFile = t%d.raw 9 0 -3\n"},
              {"d.mhd", meta + "HeaderSize = -1\nElementDataFile = t%d.raw 9 0 -3\n"}}) {
         const auto p = converted(folder_.write(name, text));

@@ -200,6 +200,50 @@ TEST_F(NrrdTest, UnitsAreMillimetres) {
               fmt::format(messages::kUnknownUnit, "au") + "; " + messages::kUnknownUnitHelp);
 }
 
+TEST_F(NrrdTest, LeftHandedSpacesAreNotMirrored) {
+    const auto text = [](const std::string& space) {
+        return "NRRD0004\ntype: float\nsizes: 2 2 1\nencoding: text\nspace: " + space +
+               "\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (5,6,7)\n\n1 2 3 4\n";
+    };
+    for (const char* space : {"left-anterior-superior", "LAS"}) {
+        const auto file = folder_.write("a.nrrd", text(space));
+        ::testing::internal::CaptureStderr();
+        const auto p = converted(file);
+        EXPECT_EQ(::testing::internal::GetCapturedStderr(),
+                  "note: " + fmt::format(messages::kTurnedToBack, "a.nrrd") + "\n");
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(level0(*p), (std::vector<float>{3, 4, 1, 2}));
+        EXPECT_EQ(origin(*p), (Vec3d{4.5, -7.5, 6.5}));
+    }
+    EXPECT_EQ(
+        trouble(folder_.write("a.nrrd", text("3D-left-handed"))),
+        fmt::format(messages::kLeftHanded, "3d-left-handed") + "; " + messages::kLeftHandedHelp);
+    const auto p = converted(folder_.write("a.nrrd", text("right-anterior-superior")));
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(level0(*p), (std::vector<float>{1, 2, 3, 4}));
+}
+
+TEST_F(NrrdTest, AnAxisThatMayBeOfChannelsIsTold) {
+    const auto file =
+        folder_.write("a.nrrd", "NRRD0004\ntype: uint8\nsizes: 2 5 1 2\nencoding: raw\n\n" +
+                                    std::string(20, '\1'));
+    ::testing::internal::CaptureStderr();
+    const auto p = converted(file);
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(),
+              "note: " + fmt::format(messages::kAxesUnknown, 2, 2) + "\n");
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p), (Vec3i{5, 1, 2}));
+}
+
+TEST_F(NrrdTest, WhatStandsBehindTheNumbersIsTold) {
+    const std::string head = "NRRD0004\ntype: uint8\nsizes: 2 1 1\nencoding: raw\n\n";
+    const auto file = folder_.write("a.nrrd", head + "\1\2\3\4\5");
+    ::testing::internal::CaptureStderr();
+    ASSERT_NE(converted(file), nullptr);
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(),
+              "note: " + fmt::format(messages::kBytesBehind, 3) + "\n");
+}
+
 TEST_F(NrrdTest, SaysWhatIsWrong) {
     const auto with = [&](const std::string& fields) {
         return trouble(folder_.write(

@@ -102,6 +102,20 @@ TEST_F(VtkLegacyTest, StructuredPointsAreReadInEveryForm) {
     }
 }
 
+TEST_F(VtkLegacyTest, ColoursAreTheSameNumbersAsTextAndAsBytes) {
+    const std::string head =
+        "DATASET STRUCTURED_POINTS\nDIMENSIONS 3 1 1\nORIGIN 0 0 0\nSPACING 1 1 1\n"
+        "POINT_DATA 3\nCOLOR_SCALARS c 1\n";
+    for (const bool binary : {false, true}) {
+        const auto file = folder_.write(
+            "c.vtk", Writer(binary).head() + head +
+                         (binary ? std::string("\0\x33\xff", 3) : std::string("0 0.2 1\n")));
+        const auto p = converted(file);
+        ASSERT_NE(p, nullptr);
+        EXPECT_THAT(level0(*p), ::testing::ElementsAre(0, ::testing::FloatEq(51), 255)) << binary;
+    }
+}
+
 TEST_F(VtkLegacyTest, OtherGridsAreSampled) {
     const BlockMesh mesh = block(12);
     for (const bool binary : {false, true}) {
