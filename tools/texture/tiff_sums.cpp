@@ -74,8 +74,7 @@ bool has_right_sum(TIFF* tiff, int compression, const TiffChunk& chunk, std::str
     std::vector<uint8_t> raw = raw_bytes(tiff, chunk.number);
     constexpr size_t kMostAtOnce = UINT32_MAX;
     if (raw.size() < 4 || raw.size() > kMostAtOnce) return raw.size() >= 4;
-    if (compression == COMPRESSION_LZMA)
-        return ends_well(tiff, chunk, &raw, error);
+    if (compression == COMPRESSION_LZMA) return ends_well(tiff, chunk, &raw, error);
     if (is_sum(tiff, raw, *chunk.decoded)) return true;
     const int64_t bytes = inflated_bytes(&raw);
     return bytes == static_cast<int64_t>(chunk.decoded->size()) ||

@@ -49,8 +49,8 @@ inline std::string ultrasound_dicom() {
     slice.is_placed = false;
     std::vector<std::string> places;
     for (const double z : {0, 1}) {
-        places.push_back(sequence(
-            0x20, 0x930e, {element(0x20, 0x9301, "FD", real(0) + real(0) + real(z))}));
+        places.push_back(
+            sequence(0x20, 0x930e, {element(0x20, 0x9301, "FD", real(0) + real(0) + real(z))}));
     }
     std::string axes;
     for (const double one : {1, 0, 0, 0, 1, 0})

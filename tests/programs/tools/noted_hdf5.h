@@ -38,8 +38,8 @@ inline void write_vtk_hdf(const std::string& path, HdfField kind) {
     const auto add = [&](const char* name, hid_t stored, const std::array<int64_t, 2>& values) {
         const hid_t set = H5Dcreate2(points, name, stored, space, H5P_DEFAULT, layout, H5P_DEFAULT);
         if (kind != HdfField::kUnwritten) {
-            EXPECT_GE(
-                H5Dwrite(set, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
+            EXPECT_GE(H5Dwrite(set, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+                      0);
         }
         H5Dclose(set);
     };

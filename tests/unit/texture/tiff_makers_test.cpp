@@ -160,8 +160,9 @@ TEST_F(TiffMakers, SeveralSamplesAreColoursOnlyWhereTheFileSaysSo) {
 TEST_F(TiffMakers, WhatGdalSaysOfItsNumbersIsTold) {
     write(1, [](TIFF* out, int) {
         TIFFSetField(out, kNoData, "-9999");
-        TIFFSetField(out, kScaling,
-                     R"(<GDALMetadata><Item name="SCALE" sample="0" role="scale">0.1</Item></GDALMetadata>)");
+        TIFFSetField(
+            out, kScaling,
+            R"(<GDALMetadata><Item name="SCALE" sample="0" role="scale">0.1</Item></GDALMetadata>)");
     });
     const std::string notes = told();
     EXPECT_THAT(notes, ::testing::HasSubstr(fmt::format(messages::kNoDataAsStored, "-9999")));
