@@ -176,17 +176,34 @@ class Finder {
         return 2 * count >= static_cast<ptrdiff_t>(thin.middles.size());
     }
 
-    std::vector<std::vector<Vec3i>> voxels_of(const Box<int32_t>& labels,
-                                              const std::vector<bool>& wanted) const {
+    /// Returns the voxels of clusters that are wanted, in order of z, y, x.
+    static std::vector<std::vector<Vec3i>> voxels_of(const Box<int32_t>& labels,
+                                                     const std::vector<Cluster>& all,
+                                                     const std::vector<bool>& wanted) {
         std::vector<std::vector<Vec3i>> out(wanted.size());
-        for (int32_t z = 0; z < labels.size.z; ++z) {
-            for (int32_t y = 0; y < labels.size.y; ++y) {
-                for (int32_t x = 0; x < labels.size.x; ++x) {
-                    const int32_t label = labels.values[labels.at(x, y, z)];
-                    if (label > 0 && wanted[static_cast<size_t>(label - 1)])
-                        out[static_cast<size_t>(label - 1)].push_back({x, y, z});
+        const auto look = [&](const Box3i& where, const auto& is) {
+            for (int32_t z = where.lo.z; z < where.hi.z; ++z) {
+                for (int32_t y = where.lo.y; y < where.hi.y; ++y) {
+                    for (int32_t x = where.lo.x; x < where.hi.x; ++x) {
+                        const int32_t label = labels.values[labels.at(x, y, z)];
+                        if (label > 0 && is(static_cast<size_t>(label - 1)))
+                            out[static_cast<size_t>(label - 1)].push_back({x, y, z});
+                    }
                 }
             }
+        };
+        // In their boxes, unless these overlap so much that all together are more than the whole.
+        double voxels = 0;
+        for (size_t i = 0; i < wanted.size(); ++i) {
+            const Vec3i size = all[i].box.size();
+            if (wanted[i]) voxels += double{1} * size.x * size.y * size.z;
+        }
+        if (voxels > static_cast<double>(labels.values.size())) {
+            look({{0, 0, 0}, labels.size}, [&](size_t of) { return wanted[of]; });
+            return out;
+        }
+        for (size_t i = 0; i < wanted.size(); ++i) {
+            if (wanted[i]) look(all[i].box, [&](size_t of) { return of == i; });
         }
         return out;
     }
@@ -217,7 +234,7 @@ class Finder {
             std::vector<bool> small;
             for (const Cluster& one : all)
                 small.push_back(static_cast<double>(one.voxels) * voxel_mm3_ < limit);
-            std::vector<std::vector<Vec3i>> voxels = voxels_of(labels, small);
+            std::vector<std::vector<Vec3i>> voxels = voxels_of(labels, all, small);
             for (size_t i = 0; i < all.size(); ++i)
                 small[i] = small[i] && !is_tip(labels, all, i, voxels[i]);
             for (size_t i = 0; i < all.size(); ++i) {
@@ -234,20 +251,19 @@ class Finder {
         const std::vector<Cluster> all = components(
             bits_of([&](uint8_t c) { return !is_solid(c); }), inspection::Touch::kFaces, &labels);
         // The box has a margin of void, so that what is outside is one of them.
-        std::vector<int64_t> support(all.size());
-        for (size_t i = 0; i < labels.values.size(); ++i) {
-            if (labels.values[i] > 0 && print_.codes.values[i] != 0)
-                ++support[static_cast<size_t>(labels.values[i] - 1)];
-        }
         std::vector<bool> inside;
         for (const Cluster& one : all)
             inside.push_back(!one.at_border);
-        std::vector<std::vector<Vec3i>> voxels = voxels_of(labels, inside);
+        std::vector<std::vector<Vec3i>> voxels = voxels_of(labels, all, inside);
         for (size_t i = 0; i < all.size(); ++i) {
             if (!inside[i]) continue;
+            const bool has_support =
+                std::any_of(voxels[i].begin(), voxels[i].end(), [&](const Vec3i& p) {
+                    return print_.codes.values[print_.codes.at(p.x, p.y, p.z)] != 0;
+                });
             const double mm3 = static_cast<double>(all[i].voxels) * voxel_mm3_;
             if (!(mm3 > *limits_.trapped_mm3)) continue;
-            const Fault fault = support[i] > 0 ? Fault::kTrappedSupport : Fault::kTrappedVoid;
+            const Fault fault = has_support ? Fault::kTrappedSupport : Fault::kTrappedVoid;
             add(fault, "", mm3, *limits_.trapped_mm3, all[i], std::move(voxels[i]));
         }
     }
@@ -275,7 +291,7 @@ class Finder {
             Box<int32_t> labels;
             const std::vector<Cluster> all = components(bits, inspection::Touch::kCorners, &labels);
             std::vector<std::vector<Vec3i>> voxels =
-                voxels_of(labels, std::vector<bool>(all.size(), true));
+                voxels_of(labels, all, std::vector<bool>(all.size(), true));
             for (size_t i = 0; i < all.size(); ++i)
                 add(Fault::kTouch, fmt::format("{}` and `{}", one, other),
                     static_cast<double>(all[i].voxels), 0, all[i], std::move(voxels[i]));

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "inspection/components.h"
+#include "inspection/distances.h"
 #include "inspection/section.h"
 #include "inspection/thickness.h"
 #include "tests/support/long_run.h"
@@ -253,6 +254,54 @@ TEST(Sections, HolesAreNarrowInSomePlaneAndGapsInNone) {
                 ASSERT_GT(all, 0) << name;
                 EXPECT_EQ(2 * holes >= all, !gap)
                     << name << " of " << t << ", trial " << trial << ": " << holes << " of " << all;
+            }
+        }
+    }
+}
+
+// Pieces of rows that are far from all that is near are passed over.
+TEST(Squares, AreTheLeastOfAllPairs) {
+    std::mt19937 random(64);
+    for (int trial = 0; trial < 40; ++trial) {
+        const auto side = [&](uint32_t most) { return static_cast<int32_t>(1 + random() % most); };
+        const Vec3i size{side(200), side(12), side(6)};
+        const Vec3d pitch{1, trial % 2 == 0 ? 1.0 : 0.7, trial % 3 == 0 ? 1.0 : 1.3};
+        const double reach = 1 + random() % 5;
+        const Squares squares(pitch, reach);
+        Box<uint16_t> values(size, Squares::kFar);
+        std::vector<Vec3i> set;
+        const auto count = random() % 6;
+        for (uint32_t k = 0; k < count; ++k) {
+            const Vec3i p{static_cast<int32_t>(random()) & 0x7fffffff,
+                          static_cast<int32_t>(random() % 64), static_cast<int32_t>(random() % 64)};
+            set.push_back({p.x % size.x, p.y % size.y, p.z % size.z});
+            // Whole stretches, too.
+            for (int32_t x = set.back().x; trial % 4 == 1 && x < size.x; ++x)
+                set.push_back({x, set.back().y, set.back().z});
+        }
+        for (const Vec3i& p : set)
+            values.values[values.at(p.x, p.y, p.z)] = 0;
+        const Vec3i half{trial % 5 == 1 ? 1 : 0, trial % 5 == 2 ? -1 : 0, trial % 5 == 3 ? 1 : 0};
+        squares.spread(&values, half);
+        for (int32_t z = 0; z < size.z; ++z) {
+            for (int32_t y = 0; y < size.y; ++y) {
+                for (int32_t x = 0; x < size.x; ++x) {
+                    double least = 1e9;
+                    for (const Vec3i& p : set) {
+                        const Vec3d d{(p.x - x - 0.5 * half.x) * pitch.x,
+                                      (p.y - y - 0.5 * half.y) * pitch.y,
+                                      (p.z - z - 0.5 * half.z) * pitch.z};
+                        least = std::min(least, length(d));
+                    }
+                    const double found = squares.length(values.values[values.at(x, y, z)]);
+                    if (least <= reach) {
+                        // Each axis is rounded to a number.
+                        ASSERT_NEAR(found * found, least * least, 3e-4 * reach * reach)
+                            << x << " " << y << " " << z << ", trial " << trial;
+                    } else {
+                        ASSERT_GT(found, reach * 0.999);
+                    }
+                }
             }
         }
     }
