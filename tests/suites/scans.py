@@ -8,7 +8,8 @@
 FOLDER receives a clone of each suite at the commit below, unless it is there; nothing of them is kept in this
 repository. Each file is as expected (the numbers of the other reader, in the same place), refused with a message, or
 wrong. Prints a line for each file that is not as expected, then a row of docs/conformance.md for each suite; fails if
-any is wrong. Needs numpy, pydicom, nibabel, tifffile, imagecodecs, SimpleITK, Pillow, pylibjpeg-openjpeg and pyjpegls from PyPI.
+any is wrong. Needs numpy, pydicom, nibabel, tifffile, imagecodecs, SimpleITK, Pillow, pylibjpeg with
+its parts libjpeg and openjpeg, and pyjpegls from PyPI.
 """
 
 from __future__ import annotations
