@@ -365,7 +365,7 @@ Result<void> TiffImage::read_chunk(uint32_t chunk, int64_t bytes) {
     if (handle_->error.empty() && only_warns(about_.compression)) handle_->error = handle_->warning;
     if (got == bytes && handle_->error.empty() && has_right_end(chunk)) return {};
     if (about_.compression == COMPRESSION_OJPEG)
-        return trouble(messages::kOldJpegNotRead, messages::kOldJpegHelp);
+        return user_error(messages::kOldJpegNotRead, messages::kOldJpegHelp);
     return trouble(fmt::format(messages::kChunkDamaged, tiled ? "tile" : "strip", chunk),
                    messages::kChunkHelp);
 }
