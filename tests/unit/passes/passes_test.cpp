@@ -201,7 +201,8 @@ TEST(Pipeline, RunsPassesInTheOrderOfTheirNames) {
     fablet.volume.outputs = {{"w", OPENFAB_ARG_WEIGHT, 0, 0, d}};
     std::vector<std::string> first_told;
     PipelineOptions options;
-    options.after = [&](const std::string& pass, const ir::Stage& /*stage*/) {
+    options.after = [&](const std::string& pass, const ir::Stage& /*stage*/,
+                        const std::string& /*reason*/) {
         if (std::find(first_told.begin(), first_told.end(), pass) == first_told.end())
             first_told.push_back(pass);
     };
