@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 
 #include "backends/common/output_file.h"
@@ -32,7 +33,10 @@ void note_coarse(PartRun* r) {
     const double across = r->summary.weakest.front().across;
     if (across * kAcrossStep < kUnresolved || across * kAcrossStep >= kCoarse) return;
     const double pitch = *std::ranges::min_element(r->problem.grid.pitch_mm);
-    r->problem.notes.push_back(fmt::format(messages::kCoarseThere, across, pitch * across / 4));
+    r->problem.notes.push_back(
+        fmt::format(messages::kCoarseThere, across,
+                    coarse_excess(static_cast<uint8_t>(std::lround(across * kAcrossStep))),
+                    pitch * across / 4));
 }
 
 /// Says where displacements are too large for a linear theory: against the part's least side, as those of a

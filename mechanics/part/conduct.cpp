@@ -51,6 +51,63 @@ Result<void> leave_out_insulators(ConductProblem* p) {
     return {};
 }
 
+/// Elements that are less than half full belong to the piece that they touch. Those between two pieces carry nothing: they are
+/// a gap that ends within elements, and would join what does not touch. What touches none is a wall that the elements do not
+/// resolve, as `part` has it.
+void cut_gaps(ConductProblem* p) {
+    std::vector<float>& k = p->voxels.conductivity;
+    std::vector<uint8_t> full(k.size());
+    for (size_t e = 0; e < k.size(); ++e)
+        full[e] = k[e] > 0 && p->elements.kind[e] == kSolid ? kSolid : kNothing;
+    std::vector<int32_t> owner = pieces_of(p->grid, full).of;
+    const auto for_neighbours = [&](int64_t e, const auto& with) {
+        const std::array<int32_t, 3> at = place_of(p->grid, e);
+        const std::array<int32_t, 3>& n = p->grid.elements;
+        for (int32_t i = 0; i < 27; ++i) {
+            const int32_t x = at[0] + i % 3 - 1, y = at[1] + i / 3 % 3 - 1, z = at[2] + i / 9 - 1;
+            if (x >= 0 && y >= 0 && z >= 0 && x < n[0] && y < n[1] && z < n[2])
+                with(p->grid.element(x, y, z));
+        }
+    };
+    std::vector<int64_t> thin;
+    std::vector<int32_t> touched;  // the piece that each of them touches
+    int64_t gaps = 0, lost = 0;
+    for (int64_t e = 0; e < p->grid.element_count(); ++e) {
+        const auto at = static_cast<size_t>(e);
+        if (!(k[at] > 0) || full[at] == kSolid) continue;
+        int32_t piece = -1;
+        bool several = false;
+        for_neighbours(e, [&](size_t other) {
+            if (full[other] != kSolid) return;
+            several = several || (piece >= 0 && owner[other] != piece);
+            piece = owner[other];
+        });
+        if (piece >= 0 && !several) {
+            thin.push_back(e);
+            touched.push_back(piece);
+        } else {
+            k[at] = 0;
+            ++(several ? gaps : lost);
+        }
+    }
+    for (size_t i = 0; i < thin.size(); ++i)
+        owner[static_cast<size_t>(thin[i])] = touched[i];
+    std::vector<size_t> meet;  // those next to one of another piece
+    for (size_t i = 0; i < thin.size(); ++i) {
+        bool other_piece = false;
+        for_neighbours(thin[i], [&](size_t other) {
+            other_piece =
+                other_piece || (k[other] > 0 && owner[other] >= 0 && owner[other] != touched[i]);
+        });
+        if (other_piece) meet.push_back(static_cast<size_t>(thin[i]));
+    }
+    for (const size_t e : meet)
+        k[e] = 0;
+    gaps += static_cast<int64_t>(meet.size());
+    if (gaps > 0) p->notes.push_back(fmt::format(messages::kGapsCarryNothing, gaps));
+    if (lost > 0) p->notes.push_back(fmt::format(messages::kThinCarriesNothing, lost));
+}
+
 /// Of two levels at one node: whether the holds have a face in common, or only elements that touch.
 Error holds_meet(const LoadCase& load_case, const FaceChooser& chooser, const ConductProblem& p,
                  const ConductProblem::Kept& one, const ConductProblem::Kept& other) {
@@ -221,6 +278,7 @@ Result<ConductProblem> set_up_conduct(Voxels voxels, const LoadCase& load_case,
     p.elements = classify(p.grid, &p.voxels);
     if (p.elements.solid == 0) return user_error(messages::kNoneHalfFull, messages::kFinerVoxel);
     if (Result<void> done = leave_out_insulators(&p); !done) return done.error();
+    cut_gaps(&p);
     std::vector<uint8_t> conducts(p.voxels.conductivity.size());
     for (size_t e = 0; e < conducts.size(); ++e)
         conducts[e] = p.voxels.conductivity[e] > 0 ? kSolid : kNothing;

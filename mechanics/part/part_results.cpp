@@ -72,6 +72,13 @@ std::vector<uint8_t> near_holds_and_loads(const PartProblem& problem) {
     return near_nodes(problem.grid, nodes);
 }
 
+double coarse_excess(uint8_t across) {
+    // Twisted shafts of 2.5 elements have 0.63 of their stress (docs/mechanics.md); strips of two whose faces end within
+    // elements, in a wall that does, 0.51 of it.
+    constexpr int kTwoAndAHalf = 5 * kAcrossStep / 2;
+    return across < kTwoAndAHalf ? 2 : 1.6;
+}
+
 PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
                        const Field<double, kElastic>& moved, size_t most_places) {
     const Grid& g = problem.grid;
@@ -142,10 +149,10 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
             // Elements are sorted by safety, but not by how far that may be off.
             if (across >= kUnresolved) {
                 if (out.least_safety_resolved == 0) out.least_safety_resolved = s;
-                // Twisted shafts of 2.5 elements have 0.63 of their stress (docs/mechanics.md).
-                constexpr double kOff = 1.6;
-                if (out.least_safety_coarse == 0 && across < kCoarse)
-                    out.least_safety_coarse = s / kOff;
+                const double low = s / coarse_excess(across);
+                if (across < kCoarse &&
+                    (out.least_safety_coarse == 0 || low < out.least_safety_coarse))
+                    out.least_safety_coarse = low;
             } else {
                 constexpr int kRough = 3 * kAcrossStep / 2;
                 const double low = s / (across >= kRough ? 2.5 : 4);

@@ -19,6 +19,9 @@ struct WeakPlace {
     bool at_hold = false, at_load = false;  ///< there stresses depend on how these are applied
 };
 
+/// By how much the stress may be more than computed where from two to four elements lie across, in steps of kAcrossStep.
+double coarse_excess(uint8_t across);
+
 struct PartSummary {
     double most_moved_mm = 0;
     Vec3 moved_there_mm{}, moved_at_mm{};
@@ -28,7 +31,7 @@ struct PartSummary {
     double least_safety_resolved = 0;  ///< the same where two elements lie across, or more
     /// Where less do, by what that may be off, 2.5 or four times; 0: they do everywhere.
     double least_safety_unresolved = 0;
-    double least_safety_coarse = 0;  ///< the same where less than four do, but two: 1.6 times
+    double least_safety_coarse = 0;  ///< the same where less than four do, but two (coarse_excess)
     double least_safety_cut =
         0;                   ///< the least, by what a surface that goes through elements may be off
     double typical_MPa = 0;  ///< von Mises stress that one in a hundred elements exceeds

@@ -102,7 +102,8 @@ Result<part::Grid> make_grid(std::span<const part::Part> parts,
         box.add(solid::box_in_build(parts[i], *solids[i]));
         box.add(solid::voxels_beyond(parts[i], *solids[i], pitch_mm, box));
     }
-    if (!any) return user_error(messages::kNothingToPrint);
+    // A piece of a shape that is empty is known by its surface alone.
+    if (!any || box.empty()) return user_error(messages::kNothingToPrint);
     part::Grid grid;
     grid.pitch_mm = pitch_mm;
     for (int a = 0; a < 3; ++a) {

@@ -352,16 +352,15 @@ class FabletText {
                 "\n    // Below 0 in what bounds the level set.\n    float "
                 "bounds(float3 q)\n    {{\n{}    }}\n",
                 bounds_);
+            // `max(x, y)` is y where x is undefined: the fallback comes first.
             std::string value = "level";
-            if (shape_->second < 0)
+            if (functions_.may_be_undefined() || shape_->second < 0)
                 value = fmt::format("({})", or_fallback("level", shape_->second));
-            // What is undefined is outside, unless its fallback says that it is inside.
-            const bool guarded = functions_.may_be_undefined() && shape_->second >= 0;
             text += fmt::format(
                 "\n    @Shape(@varying {{ ShapeAttributes attr }})\n    {{\n        float3 q = "
-                "of_object(attr.p);\n        float level = {};\n        return {}max({}, "
+                "of_object(attr.p);\n        float level = {};\n        return max({}, "
                 "bounds(q));\n    }}\n",
-                shape_->first, guarded ? "isnan(level) ? level : " : "", value);
+                shape_->first, value);
         }
         text += surface_;
         text +=

@@ -43,6 +43,13 @@ ModelMaterial model_material(const world::Material& material) {
     return {material.name, material.preview};
 }
 
+/// Whether all directions are scaled alike; beams of a 3MF that are not are none to its readers.
+bool is_alike(const std::array<double, 3>& scale) {
+    constexpr double kRounding = 1e-9;
+    const auto [least, most] = std::ranges::minmax(scale);
+    return most - least <= kRounding * most;
+}
+
 /// Whether there are beams of different radii between balls.
 bool has_hulls(const mesh::Beams& beams) {
     return std::ranges::any_of(beams.beams, [](const mesh::Beam& beam) {
@@ -146,6 +153,8 @@ class FunctionsExport {
         const auto beams = world_.beams.find(object.mesh);
         if (beams != world_.beams.end() && has_lonely_balls(*beams->second))
             return say_why(messages::kBallsThatEndNoBeam);
+        if (beams != world_.beams.end() && !is_alike(scale))
+            return say_why(messages::kBeamsAreStretched);
         const Result<const FabletIr*> fablet = fablet_of(object.fablet);
         if (!fablet) return fablet.error();
         if ((*fablet)->has_surface) return say_why(messages::kDisplacesSurface);

@@ -104,6 +104,48 @@ TEST(MechanicsConduct, WithoutAPathNothingFlows) {
                                               testing::Says(messages::kCarriesNothing, "144")));
 }
 
+/// By what flows in at the hold of 6 V, of 1 and 6.
+double resistance_of(const Conducts& c) {
+    return 5 / std::abs(c.solution.flow_in[1]);
+}
+
+// A gap that ends within elements leaves them a share, over which nothing jumps.
+TEST(MechanicsConduct, GapsLessThanAnElementWideAreNotJumped) {
+    const auto bar = [](int32_t begin, const std::vector<float>& shares) {
+        Voxels v = box({20, 4, 4}, 0.5, [](const Vec3&) { return 2.0; });
+        for (size_t e = 0; e < v.solid.size(); ++e) {
+            const auto x = static_cast<int32_t>(e % 20);
+            if (x < begin || x >= begin + static_cast<int32_t>(shares.size())) continue;
+            const float share = shares[static_cast<size_t>(x - begin)];
+            v.solid[e] = share;
+            v.conductivity[e] *= share;
+            v.mu[e] *= share;
+        }
+        return v;
+    };
+    const Result<LoadCase> across = case_of(kAcross);
+    ASSERT_TRUE(across);
+    for (const std::vector<float>& shares :
+         {std::vector<float>{0.3F}, {0.4F, 0.4F}, {0.1F, 0.F}, {0.4F, 0.F, 0.3F}}) {
+        const Result<ConductProblem> p = set_up_conduct(bar(9, shares), *across, {});
+        ASSERT_FALSE(p) << shares.size();
+        EXPECT_THAT(p.error().message, testing::Says(messages::kNoPath, "one"));
+    }
+    // One that is fuller is taken for a wall, and a skin that is less than half full adds its share.
+    const double through = 1 / resistance_of(conducted(bar(9, {0.6F}), kAcross));
+    EXPECT_LT(through, 1 / resistance_of(conducted(bar(9, {1.F}), kAcross)));
+    Voxels skin = box({20, 4, 4}, 0.5, [](const Vec3&) { return 2.0; });
+    for (size_t e = 0; e < skin.solid.size(); ++e) {
+        if (e / 20 % 4 != 3) continue;
+        skin.solid[e] = 0.3F;
+        skin.conductivity[e] *= 0.3F;
+    }
+    const double whole =
+        resistance_of(conducted(box({20, 4, 4}, 0.5, [](const Vec3&) { return 2.0; }), kAcross));
+    EXPECT_NEAR(resistance_of(conducted(std::move(skin), kAcross)) / whole, 4 / 3.3,
+                0.01);  // the skin is not held
+}
+
 TEST(MechanicsConduct, ABarIsItsLengthOverItsSection) {
     // 20 x 2 x 1.5 mm of 40 S/m: 20 mm / (40e-3 S/mm 3 mm2) ohm.
     const Conducts r = conducted(box({40, 4, 3}, 0.5, [](const Vec3&) { return 40.0; }), kAcross);

@@ -123,7 +123,7 @@ TEST(Fields, WhatIsUndefinedStaysSo) {
     const std::string text = made("sqrt", R"(meshbboxonly="true")");
     EXPECT_THAT(text, HasSubstr("select(root_v == root_v, max(root_v, r_v), root_v)"));
     EXPECT_THAT(text, HasSubstr("select(top_v == top_v, max(r_v, min(top_v, root_v)), top_v)"));
-    EXPECT_THAT(text, HasSubstr("return isnan(level) ? level : max(level, bounds(q));"));
+    EXPECT_THAT(text, HasSubstr("return max((isnan(level) ? 0 : level), bounds(q));"));
     EXPECT_THAT(made("sqrt", R"(meshbboxonly="true" fallbackvalue="-1")"),
                 HasSubstr("return max((isnan(level) ? -1 : level), bounds(q));"));
     // What is defined everywhere is as before.
