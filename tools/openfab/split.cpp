@@ -21,6 +21,7 @@
 #include "tools/openfab/machine_tray.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/pieces_text.h"
+#include "tools/openfab/solid_mesh.h"
 #include "tools/openfab/split_places.h"
 #include "tools/openfab/split_seam.h"
 #include "tools/openfab/stock.h"
@@ -33,16 +34,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Brings a tree from lengths of the print to those of the mesh.
-void to_mesh_space(const std::array<double, 9>& stretch, pieces::Tree* tree) {
+/// The place in a mesh of one in the mesh as it is stretched.
+Vec3d unstretched(const std::array<double, 9>& stretch, const Vec3d& p) {
     const Affine3d s{stretch, {}};
     const auto c = cofactors(s);
     const double det = determinant(s);
-    const auto back = [&](const Vec3d& p) {
-        return Vec3d{(c.m[0] * p.x + c.m[3] * p.y + c.m[6] * p.z) / det,
-                     (c.m[1] * p.x + c.m[4] * p.y + c.m[7] * p.z) / det,
-                     (c.m[2] * p.x + c.m[5] * p.y + c.m[8] * p.z) / det};
-    };
+    return {(c.m[0] * p.x + c.m[3] * p.y + c.m[6] * p.z) / det,
+            (c.m[1] * p.x + c.m[4] * p.y + c.m[7] * p.z) / det,
+            (c.m[2] * p.x + c.m[5] * p.y + c.m[8] * p.z) / det};
+}
+
+/// Brings a tree from lengths of the print to those of the mesh.
+void to_mesh_space(const std::array<double, 9>& stretch, pieces::Tree* tree) {
+    const Affine3d s{stretch, {}};
+    const auto back = [&](const Vec3d& p) { return unstretched(stretch, p); };
     for (pieces::Cut& cut : tree->cuts) {
         const Vec3d n = s.apply_vector(cut.normal);  // symmetric
         cut.normal = n * (1 / length(n));
@@ -164,8 +169,36 @@ class Splitter {
             if (!stress) return stress.error();
             search.stress = *stress;
         }
+        // What has no mesh has one of a box until here.
+        std::vector<std::array<int32_t, 3>> triangles = mesh.triangles;
+        if (placed->extent || world_.beams.contains(object.mesh)) {
+            Box3d within;
+            for (const Vec3d& p : positions)
+                within.add(to_build.apply(p));
+            if (placed->extent) {
+                const Vec3d& t = placed->transform.t;
+                within = {placed->extent->lo + t, placed->extent->hi + t};
+            }
+            Result<SolidMesh> solid = solid_mesh(
+                arguments_.world, {arguments_.allow, arguments_.settings, arguments_.memory},
+                object.name, within, memory_);
+            if (!solid) return solid.error();
+            const auto& r = polar->r;
+            const Affine3d back{{r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]}, {}};
+            positions.clear();
+            for (const Vec3d& p : solid->positions)
+                positions.push_back(back.apply(p - placed->transform.t));
+            triangles = std::move(solid->triangles);
+            // Boxes of its pieces are those of the solid, too.
+            mesh::Mesh own;
+            for (const Vec3d& p : positions)
+                own.positions.push_back(unstretched(polar->s, p));
+            own.triangles = triangles;
+            world_.objects[index].mesh = static_cast<int32_t>(world_.meshes.size());
+            world_.meshes.push_back(std::move(own));
+        }
         const std::clock_t start = std::clock();
-        Result<pieces::Found> found = pieces::find_cuts({positions, mesh.triangles}, search);
+        Result<pieces::Found> found = pieces::find_cuts({positions, triangles}, search);
         if (!found)
             return with_context(found.error(), fmt::format(messages::kInObject, object.name));
         const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;

@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <functional>
 #include <iterator>
 #include <set>
 #include <string>
@@ -17,6 +19,7 @@
 #include <vector>
 
 #include "backends/ofr/ofr_reader.h"
+#include "base/json.h"
 #include "program/messages.h"
 #include "runtime/solid/messages.h"
 #include "tests/programs/tools/openfab_print.h"
@@ -215,6 +218,83 @@ TEST_F(Extents, ToolsTakeThemAsTheyAre) {
     const Outcome split = tool({"split", world, "--fit", "9x8x5mm", "-o", path("s.fab.json")});
     EXPECT_EQ(split.exit_code, 0) << split.err;
     EXPECT_THAT(split.out, Says(tools::messages::kFitsAsItIs, "object `o`, 8 x 7 x 4 mm"));
+}
+
+// Cuts and dowels are looked for in the solid: the box of a ring has its hole, and a corner of an L has nothing.
+TEST_F(Extents, SplitCutsTheSolidItself) {
+    scratch_.write("cut.fl", R"(fablet One {
+    @uniform { Material m; }
+    @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); return mc; }
+}
+float bar(float3 p, float3 half) { float3 q = abs(p) - half; return max(q.x, max(q.y, q.z)); }
+fablet L {
+    @uniform { Material m; }
+    @Shape(@varying { ShapeAttributes attr })
+    {
+        return min(bar(attr.p - float3(10, 0, 0), float3(11, 1, 1)), bar(attr.p - float3(0, 10, 0), float3(1, 11, 1)));
+    }
+    @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); return mc; }
+}
+fablet Ring {
+    @uniform { Material m; }
+    @Shape(@varying { ShapeAttributes attr }) { return length(float2(length(attr.p.xy) - 12, attr.p.z)) - 4; }
+    @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); return mc; }
+})");
+    scratch_.write("l.txt", "node 0 0 0 1\nnode 20 0 0 1\nnode 0 20 0 1\nstrut 0 1\nstrut 0 2\n");
+    const auto world = [&](const std::string& mesh, const char* fablet, const std::string& build) {
+        scratch_.write(
+            "cut.fab.json",
+            R"({"openfab": 1, "printer": "generic", "fablets": {"f": {"source": "cut.fl", "fablet": ")" +
+                std::string(fablet) +
+                R"("}}, "materials": {"m": {"key": "#203040"}}, "meshes": {"s": )" + mesh +
+                R"(}, "objects": {"o": {"mesh": "s", "fablet": "f", "uniforms": {"m": "m"}}}, "build": )" +
+                build + "}");
+    };
+    const std::string placed =
+        R"([{"object": "o", "rotate_deg": [0, 0, 90], "translate_mm": [5, -3, 7]},
+        {"object": "o", "translate_mm": [60, 0, 0]}])";
+    for (const auto& [mesh, fablet] :
+         {std::pair(R"({"shape": "f", "box_mm": [[-25, -25, -25], [25, 25, 25]]})", "L"),
+          {R"({"beams": "l.txt"})", "One"}}) {
+        world(mesh, fablet, placed);
+        const Outcome split = tool({"split", path("cut.fab.json"), "--fit", "12x12x12mm", "--peg",
+                                    "0mm", "--number", "0mm", "-o", path("l.fab.json")});
+        ASSERT_EQ(split.exit_code, 0) << split.err;
+        EXPECT_THAT(split.out, ::testing::HasSubstr(": 3 pieces")) << fablet;
+        // Two of each, of the two placements.
+        int trays = 0;
+        for (const char* tray : {"l", "l-2", "l-3", "l-4", "l-5", "l-6"}) {
+            const std::string file = path(std::string(tray) + ".fab.json");
+            if (!std::filesystem::exists(file)) continue;
+            ++trays;
+            const Outcome print = tool({"print", file, "-o", path("x.ofr"), "--voxel", "0.4mm"});
+            EXPECT_EQ(print.exit_code, 0) << tray << ": " << print.err;
+        }
+        EXPECT_GE(trays, 2);
+    }
+    world(R"({"shape": "f", "box_mm": [[-20, -20, -20], [20, 20, 20]]})", "Ring", placed);
+    const Outcome split = tool({"split", path("cut.fab.json"), "--fit", "20x20x20mm", "--peg",
+                                "3mm", "--number", "0mm", "-o", path("ring.fab.json")});
+    ASSERT_EQ(split.exit_code, 0) << split.err;
+    const Result<JsonValue> cuts =
+        parse_json(read_file(path("ring.cuts.json")), path("ring.cuts.json"));
+    ASSERT_TRUE(cuts);
+    int dowels = 0;
+    const std::function<void(const JsonValue&)> look = [&](const JsonValue& cut) {
+        if (const JsonMember* all = cut.find("connectors")) {
+            for (const JsonValue& one : all->value.items) {
+                const std::vector<JsonValue>& at = one.members.front().value.items;
+                const double around = std::hypot(at[0].number, at[1].number) - 12;
+                // All of a dowel of 3 mm, with its skin of 1.5 mm.
+                EXPECT_LT(std::hypot(around, at[2].number), 4 - 1.5 - 1.5 + 0.3);
+                ++dowels;
+            }
+        }
+        for (const char* side : {"front", "back"})
+            if (const JsonMember* next = cut.find(side)) look(next->value);
+    };
+    look(*cuts);
+    EXPECT_GE(dowels, 2);
 }
 
 // As the print that follows has it.
