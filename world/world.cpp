@@ -393,6 +393,15 @@ class WorldReader {
             if (object.pieces != nullptr)
                 check_pieces_hold_something(world_.meshes[object.mesh], *object.pieces, what,
                                             &json_);
+            // A box or nothing stands for what has no mesh.
+            const bool has_fits =
+                object.pieces != nullptr &&
+                std::ranges::any_of(object.pieces->regions, [](const pieces::Region& region) {
+                    return !region.fits.empty();
+                });
+            if (has_fits &&
+                (world_.shapes.contains(object.mesh) || world_.beams.contains(object.mesh)))
+                world_.notes.push_back(fmt::format(messages::kConnectorsNotCompared, m.key));
         }
         object.location = json_.location(fablet);
         object.mesh_location = json_.location(m.value.find("mesh")->value);

@@ -25,6 +25,7 @@
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/says/says.h"
 #include "tools/openfab/messages.h"
+#include "world/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -295,6 +296,11 @@ fablet Ring {
     };
     look(*cuts);
     EXPECT_GE(dowels, 2);
+    // Whether they are inside, only the print could tell.
+    const Outcome print =
+        tool({"print", path("ring.fab.json"), "-o", path("x.ofr"), "--voxel", "0.5mm"});
+    EXPECT_EQ(print.exit_code, 0) << print.err;
+    EXPECT_THAT(print.err, Says(world::messages::kConnectorsNotCompared, "o"));
 }
 
 // As the print that follows has it.
