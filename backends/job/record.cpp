@@ -84,7 +84,10 @@ std::string lines(const List& list, const Text& text) {
 /// Whether a file is a record, also a damaged one: nothing else of that name is replaced.
 bool may_replace(const fs::path& file) {
     std::error_code status;
-    if (!fs::exists(file, status)) return true;
+    const fs::file_status there = fs::symlink_status(file, status);
+    if (there.type() == fs::file_type::not_found) return true;
+    // A pipe would be waited for, a link leads elsewhere.
+    if (there.type() != fs::file_type::regular) return false;
     std::ifstream in(file, std::ios::binary);
     std::array<char, 26> first{};
     in.read(first.data(), first.size());
@@ -124,7 +127,9 @@ void Record::start(const pipeline::PrintInfo& info, int32_t kept, const std::str
     written_ = kept;
     events_.clear();
     std::string changed;
-    if (const Result<JsonValue> before = read_record(file_); resumed_ && before) {
+    const Result<JsonValue> before =
+        resumed_ && may_replace(file_) ? read_record(file_) : Result<JsonValue>(user_error(""));
+    if (before) {
         const JsonValue* events = member_of(*before, "events");
         if (events != nullptr) {
             for (const JsonValue& one : events->items)

@@ -20,6 +20,7 @@
 #include "backends/raster/npy_sink.h"
 #include "backends/raster/slice_digests.h"
 #include "backends/raster/slice_files.h"
+#include "backends/read/gcvf_print.h"
 #include "backends/read/print_file.h"
 #include "base/hash.h"
 #include "base/input_file.h"
@@ -197,6 +198,10 @@ Result<void> verify_folder(const fs::path& folder, int64_t memory_bytes) {
     if (!is_true(*manifest, "complete"))
         return user_error(fmt::format(messages::kFolderNotFinished, folder.string()));
     const raster::Digests digests = raster::manifest_digests(*text);
+    // Both are written together: one without the other has been changed.
+    if (digests.empty() && fs::exists(folder / raster::kDigestFile, ignored))
+        return user_error(
+            fmt::format(messages::kManifestWithoutDigests, folder.string(), raster::kDigestFile));
     const FolderFiles files = look_for_files(folder, *manifest);
     std::vector<std::string> wrong = wrong_files(folder, files, digests);
     if (files.names.empty()) wrong.push_back(fmt::format(messages::kFileDiffers, kManifest));
@@ -407,6 +412,16 @@ Result<void> verify_package(const std::string& file, int64_t memory_bytes) {
     for (const std::string& name : names) {
         const Result<std::string> part = zip->read(name, memory_bytes);
         if (!part) return part.error();
+    }
+    // Nothing missing is damaged: a package has to be one.
+    if (prints::is_gcvf(file)) {
+        const Result<std::unique_ptr<prints::PrintFile>> print =
+            prints::PrintFile::open(file, memory_bytes);
+        if (!print) return print.error();
+    } else if (std::ranges::none_of(names, [](const std::string& name) {
+                   return lower_ascii(name).ends_with(".model");
+               })) {
+        return user_error(fmt::format(messages::kPackageWithoutModel, file));
     }
     say(fmt::format(messages::kPackageWhole, printable(file), names.size()));
     return {};

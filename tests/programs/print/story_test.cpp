@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <set>
@@ -209,6 +210,21 @@ TEST_F(Story, ReplacesNothingElse) {
     EXPECT_EQ(made.exit_code, 0);
     EXPECT_EQ(read_file(path("a.ofr.job.json")), "{\"mine\": 1}\n");
     EXPECT_THAT(made.err, HasSubstr(fmt::format(says::kNoRecord, path("a.ofr.job.json"))));
+    // Nor is what is no file: a pipe would be waited for, and a link leads elsewhere.
+    scratch_.write("elsewhere", "");
+    fs::remove(path("a.ofr.job.json"));
+    ASSERT_EQ(::mkfifo(path("a.ofr.job.json").c_str(), 0600), 0);
+    for (const bool link : {false, true}) {
+        if (link) {
+            fs::remove(path("a.ofr.job.json"));
+            fs::create_symlink(path("elsewhere"), path("a.ofr.job.json"));
+        }
+        const Outcome beside = run(words("a.ofr", {}));
+        EXPECT_EQ(beside.exit_code, 0) << beside.err;
+        EXPECT_THAT(beside.err, HasSubstr(fmt::format(says::kNoRecord, path("a.ofr.job.json"))));
+    }
+    EXPECT_EQ(read_file(path("elsewhere")), "");
+    fs::remove(path("a.ofr.job.json"));
     // What a power failure leaves of a record is replaced.
     scratch_.write("a.ofr.job.json", std::string(100, '\0'));
     EXPECT_EQ(run(words("a.ofr", {})).exit_code, 0);

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "tests/programs/print/simple_world.h"
+#include "tests/support/meshes/zip_archive.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -93,6 +94,30 @@ TEST_F(Verify, AMeshOfOthersHasNoDigest) {
                 HasSubstr(fmt::format(tools::messages::kMeshWithoutDigest, path("theirs.stl"), 1)));
     scratch_.write("theirs.stl", bytes);
     EXPECT_EQ(verify("theirs.stl").exit_code, 1);
+}
+
+TEST_F(Verify, APackageHasToBeOne) {
+    const std::string any = zip_archive({{"a", "a"}, {"b", "b"}});
+    for (const char* name : {"any.3mf", "any.gcvf"}) {
+        scratch_.write(name, any);
+        EXPECT_EQ(verify(name).exit_code, 1) << name;
+    }
+}
+
+// Both hold the digests of a folder: one without the other is not what was written.
+TEST_F(Verify, AManifestWithoutItsDigestsIsTold) {
+    const Outcome printed = run({test_program("openfab_test_print_4"), path("w.fab.json"),
+                                 "--voxel", "0.4mm", "--format", "png", "-o", path("slices")});
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    ASSERT_EQ(verify("slices").exit_code, 0);
+    std::string manifest = read_file(path("slices/manifest.json"));
+    const size_t begin = manifest.find("\"sha256\"");
+    ASSERT_NE(begin, std::string::npos);
+    manifest.replace(begin, 8, "\"sha255\"");
+    scratch_.write("slices/manifest.json", manifest);
+    const Outcome outcome = verify("slices");
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    EXPECT_THAT(outcome.err, Says(tools::messages::kManifestWithoutDigests));
 }
 
 }  // namespace
