@@ -159,8 +159,10 @@ Result<void> keep(const LoadCase& load_case, const FaceChooser& chooser, Conduct
     for (size_t i = 1; i < p->kept.size(); ++i)
         if (p->kept[i].node == p->kept[i - 1].node && p->kept[i].level != p->kept[i - 1].level)
             return holds_meet(load_case, chooser, *p, p->kept[i - 1], p->kept[i]);
-    const auto same = std::ranges::unique(p->kept, {}, &ConductProblem::Kept::node);
-    p->kept.erase(same.begin(), same.end());
+    const auto same = [](const ConductProblem::Kept& one, const ConductProblem::Kept& other) {
+        return one.node == other.node;
+    };
+    p->kept.erase(std::unique(p->kept.begin(), p->kept.end(), same), p->kept.end());
     return {};
 }
 
