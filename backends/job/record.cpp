@@ -127,9 +127,9 @@ void Record::start(const pipeline::PrintInfo& info, int32_t kept, const std::str
     written_ = kept;
     events_.clear();
     std::string changed;
-    const Result<JsonValue> before =
-        resumed_ && may_replace(file_) ? read_record(file_) : Result<JsonValue>(user_error(""));
-    if (before) {
+    const bool has_before = resumed_ && may_replace(file_);
+    if (const Result<JsonValue> before = has_before ? read_record(file_) : JsonValue();
+        has_before && before) {
         const JsonValue* events = member_of(*before, "events");
         if (events != nullptr) {
             for (const JsonValue& one : events->items)

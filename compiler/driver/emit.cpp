@@ -8,7 +8,7 @@
 
 #include "base/say.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/find_fablet.h"
+#include "compiler/driver/one_fablet.h"
 #include "compiler/frontend/frontend.h"
 #include "compiler/ir/grows.h"
 #include "compiler/syntax/parser.h"
@@ -48,31 +48,15 @@ int emit_syntax(const EmitOptions& options, const CommonOptions& common) {
 
 }  // namespace
 
-const ir::Fablet* find_fablet(const ir::Module& module, const std::string& name,
-                              std::string* fault) {
-    std::string list;
-    for (const ir::Fablet& fablet : module.fablets) {
-        if (fablet.name == name || (name.empty() && module.fablets.size() == 1)) return &fablet;
-        list += fmt::format("{}`{}`", list.empty() ? "" : ", ", fablet.name);
-    }
-    *fault = name.empty()
-                 ? "the file has several fablets (" + list + "); choose one with `--fablet`"
-                 : "the file has no fablet `" + name + "`; it has " + list;
-    return nullptr;
-}
-
 int emit(const EmitOptions& options, const CommonOptions& common) {
     if (options.form == "tokens" || options.form == "ast") return emit_syntax(options, common);
     source::SourceManager sources;
-    diag::Sink sink;
-    std::string fault;
-    const std::optional<ir::Module> module = frontend::compile_to_ir(
-        sources, options.file, sink, &fault, {.enable_printf = options.enable_printf});
-    print_diagnostics(sink, sources, common);
-    if (!fault.empty()) return fail(fault, unread_exit_code(options.file));
-    if (!module) return kExitUserInput;
-    const ir::Fablet* fablet = find_fablet(*module, options.fablet, &fault);
-    if (fablet == nullptr) return fail(fault, kExitUsage);
+    OneFablet one;
+    if (const int code = read_fablet(options.file, options.fablet, options.enable_printf, common,
+                                     &sources, &one);
+        code != kExitDone)
+        return code;
+    const ir::Fablet* const fablet = one.fablet;
     if (options.form == "ir" && options.stage.empty()) {
         show(ir::dump(*fablet));
         return kExitDone;

@@ -2,30 +2,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <optional>
 #include <string>
 
 #include "backends/common/output_file.h"
 #include "base/say.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/find_fablet.h"
+#include "compiler/driver/one_fablet.h"
 #include "compiler/driver/passes_page.h"
-#include "compiler/frontend/frontend.h"
 #include "compiler/passes/pipeline.h"
 
 namespace openfab::driver {
 
 int show_passes(const PassesOptions& options, const CommonOptions& common) {
     source::SourceManager sources;
-    diag::Sink sink;
-    std::string fault;
-    const std::optional<ir::Module> module = frontend::compile_to_ir(
-        sources, options.file, sink, &fault, {.enable_printf = options.enable_printf});
-    print_diagnostics(sink, sources, common);
-    if (!fault.empty()) return fail(fault, unread_exit_code(options.file));
-    if (!module) return kExitUserInput;
-    const ir::Fablet* const fablet = find_fablet(*module, options.fablet, &fault);
-    if (fablet == nullptr) return fail(fault, kExitUsage);
+    OneFablet one;
+    if (const int code = read_fablet(options.file, options.fablet, options.enable_printf, common,
+                                     &sources, &one);
+        code != kExitDone)
+        return code;
+    const ir::Fablet* const fablet = one.fablet;
     PassesPage page(*fablet, sources);
     passes::PipelineOptions pipeline;
     pipeline.disabled.insert(options.disabled.begin(), options.disabled.end());

@@ -11,6 +11,7 @@
 #include "base/own_folder.h"
 #include "base/talking_program.h"
 #include "client/child.h"
+#include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
@@ -22,15 +23,16 @@ namespace {
 namespace fs = std::filesystem;
 
 // Voxels of the box, about: finer than those of the search for cuts, which are of the same solid.
-constexpr double kVoxels = 4e6;
+constexpr double kVoxels = 4e6, kMostVoxels = 6e7;
 constexpr double kFinest_mm = 0.02;
 
 double pitch_for(const Vec3d& size) {
     const double volume =
         std::max(size.x, kFinest_mm) * std::max(size.y, kFinest_mm) * std::max(size.z, kFinest_mm);
-    // Of a plate, not more than a tenth of its least side.
-    const double least = std::max(std::min({size.x, size.y, size.z}) / 10, kFinest_mm);
-    return std::max(std::min(std::cbrt(volume / kVoxels), least), kFinest_mm);
+    // Of a plate a tenth of its least side, as long as that does not take too many.
+    const double plate =
+        std::max(std::min({size.x, size.y, size.z}) / 10, std::cbrt(volume / kMostVoxels));
+    return std::max(std::min(std::cbrt(volume / kVoxels), plate), kFinest_mm);
 }
 
 }  // namespace
@@ -94,6 +96,13 @@ Result<SolidMesh> solid_mesh(const std::string& world, const WorldOptions& optio
     }
     if (out.triangles.empty())
         return user_error(fmt::format(messages::kNothingToSplit, object, out.pitch_mm));
+    // Each placement is closed by itself, unless it touches or holds another one.
+    mesh::Mesh all;
+    all.positions = out.positions;
+    all.triangles = out.triangles;
+    if (mesh::count_edges(all).open > 0)
+        return user_error(fmt::format(messages::kPlacementsTouch, object),
+                          messages::kPlacementsTouchHelp);
     return out;
 }
 

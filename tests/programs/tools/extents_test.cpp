@@ -273,6 +273,13 @@ fablet Ring {
         }
         EXPECT_GE(trays, 2);
     }
+    // Two that touch are one solid to the print.
+    world(R"({"shape": "f", "box_mm": [[-25, -25, -25], [25, 25, 25]]})", "L",
+          R"([{"object": "o"}, {"object": "o", "translate_mm": [22, 0, 0]}])");
+    const Outcome touching =
+        tool({"split", path("cut.fab.json"), "--fit", "12x12x12mm", "-o", path("l.fab.json")});
+    EXPECT_EQ(touching.exit_code, 1);
+    EXPECT_THAT(touching.err, Says(tools::messages::kPlacementsTouch, "o"));
     world(R"({"shape": "f", "box_mm": [[-20, -20, -20], [20, 20, 20]]})", "Ring", placed);
     const Outcome split = tool({"split", path("cut.fab.json"), "--fit", "20x20x20mm", "--peg",
                                 "3mm", "--number", "0mm", "-o", path("ring.fab.json")});

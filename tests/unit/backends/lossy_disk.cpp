@@ -14,6 +14,7 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include "tests/support/long_run.h"
 
 namespace openfab::testing {
 
@@ -215,6 +216,10 @@ Files LossyDisk::after_loss(size_t moment, std::mt19937* random) const {
         out[name] = found == disk.files.end() ? std::string() : found->second;
     }
     return out;
+}
+
+int count_of_cuts() {
+    return long_run() ? 10'000 : 1000;
 }
 
 void put_files(const fs::path& folder, const Files& files) {

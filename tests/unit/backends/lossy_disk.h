@@ -64,6 +64,9 @@ class LossyDisk {
     std::vector<Step> steps_;
 };
 
+/// Power failures that a test makes.
+int count_of_cuts();
+
 /// Replaces what a folder holds.
 void put_files(const std::filesystem::path& folder, const Files& files);
 Files files_in(const std::filesystem::path& folder);

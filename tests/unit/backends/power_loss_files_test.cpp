@@ -25,10 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int count_of_cuts() {
-    return long_run() ? 10'000 : 1000;
-}
-
 /// A print without its last material, if `all` is false: it has other files.
 SamplePrint sample(bool all) {
     SamplePrint print = make_sample({9, 7, 6});

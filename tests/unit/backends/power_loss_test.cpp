@@ -22,10 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int count_of_cuts() {
-    return long_run() ? 10'000 : 1000;
-}
-
 /// A print of so many slices; `seed` makes another print of other voxels.
 SamplePrint sample(uint64_t seed) {
     SamplePrint print = make_sample({21, 9, 12});
