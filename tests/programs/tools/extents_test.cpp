@@ -21,6 +21,7 @@
 #include "backends/ofr/ofr_reader.h"
 #include "base/json.h"
 #include "program/messages.h"
+#include "runtime/pipeline/messages.h"
 #include "runtime/solid/messages.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/says/says.h"
@@ -308,6 +309,21 @@ fablet Ring {
         tool({"print", path("ring.fab.json"), "-o", path("x.ofr"), "--voxel", "0.5mm"});
     EXPECT_EQ(print.exit_code, 0) << print.err;
     EXPECT_THAT(print.err, Says(world::messages::kConnectorsNotCompared, "o"));
+}
+
+// The box reaches there, the shape does not.
+TEST_F(Extents, AnEmptyPieceOfAShapeIsNothingToPrint) {
+    write_worlds(R"([{"object": "o", "piece": "far"}])");
+    std::string world = read_file(path("shape.fab.json"));
+    const std::string fablet = R"("fablet": "round", "uniforms")";
+    ASSERT_NE(world.find(fablet), std::string::npos);
+    world.replace(
+        world.find(fablet), fablet.size(),
+        R"("fablet": "round", "pieces": {"normal": [1, 0, 0], "at_mm": 3.5, "back": "near", "front": "far"}, "uniforms")");
+    scratch_.write("piece.fab.json", world);
+    const Outcome out = tool({"print", path("piece.fab.json"), "-o", path("x.ofr")});
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_THAT(out.err, Says(pipeline::messages::kNothingToPrint));
 }
 
 // As the print that follows has it.

@@ -99,6 +99,7 @@ TEST(MechanicsStand, EachPieceStandsByItself) {
             layers.inside.push_back(l.voxels.solid[e] > 0 ? 1 : 0);
         Stand s = stand_of(l.grid, l.voxels, l.elements, true);
         EXPECT_TRUE(s.stands());
+        s.contact_mm2 = 0;  // of elements, until here
         s.look_at_pieces(l.grid, l.voxels, l.elements, true, layers);
         EXPECT_EQ(s.pieces, 2U);
         EXPECT_EQ(s.stands(), !rolls);
