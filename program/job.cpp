@@ -221,7 +221,10 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     if (Result<void> altered = alter_world(options, fablets, &*world, &job.input); !altered)
         return altered.error();
     if (Result<void> read = load_process_options(options, &job.printer); !read) return read.error();
-    scale_build(job.printer.process, &*world, &job.input);
+    const world::Process& process = job.printer.process;
+    if (process.about_mm != Vec3d{} && process.scale == Vec3d{1, 1, 1} && !options.as_built)
+        world->warnings.emplace_back(messages::kAboutWithoutScale);
+    scale_build(process, &*world, &job.input);
     if (Result<void> moved = displace_build(job.printer.process, options, &*world, &job.input);
         !moved)
         return moved.error();

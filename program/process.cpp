@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <utility>
 
@@ -231,6 +232,25 @@ void warn_of_costs(const world::Process& process, pipeline::PrintInput* input) {
     warn_of("waste_ml_swath", process.cost->waste_ml_swath);
 }
 
+namespace {
+
+void warn_of_rows_beyond(const world::DeadNozzles& dead, const world::Printer& printer,
+                         std::vector<std::string>* warnings) {
+    const bool known = printer.build_volume_mm.y > 0 && printer.pitch_mm.y > 0;
+    if (dead.head > 0 || !known) return;
+    const auto rows =
+        static_cast<int64_t>(std::ceil(printer.build_volume_mm.y / printer.pitch_mm.y));
+    const int64_t of_pass = (rows + dead.passes - 1) / dead.passes;
+    for (const Vec2<int32_t>& range : dead.nozzles) {
+        if (range.y < of_pass || dead.jog != 0) continue;
+        warnings->push_back(fmt::format(messages::kDeadNozzlesBeyond, range.y,
+                                        printable(dead.material), printer.name, rows, of_pass));
+        return;
+    }
+}
+
+}  // namespace
+
 Result<std::shared_ptr<process::NozzleSource>> open_nozzles(const Options& options,
                                                             const world::Printer& printer,
                                                             pipeline::PrintInput* input) {
@@ -243,7 +263,10 @@ Result<std::shared_ptr<process::NozzleSource>> open_nozzles(const Options& optio
     if (dead.empty() && options.nozzles_file.empty())
         return std::shared_ptr<process::NozzleSource>();
     for (const world::DeadNozzles& each : dead) {
-        if (material_code(input->materials, each.material) != 0) continue;
+        if (material_code(input->materials, each.material) != 0) {
+            warn_of_rows_beyond(each, printer, &input->warnings);
+            continue;
+        }
         input->warnings.push_back(fmt::format(messages::kDeadNozzlesIdle, printable(each.material),
                                               suggest_material(input->materials, each.material)));
     }

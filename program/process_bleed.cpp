@@ -32,11 +32,14 @@ std::string name_of(const pipeline::PrintInput& input, int32_t code) {
 
 using Pairs = std::map<std::pair<int32_t, int32_t>, Vec3d>;
 
-void set_pair(int32_t a, int32_t b, const Vec3d& sigma_um, bool replace, Pairs* pairs) {
-    if (a == b) return;
+/// Returns whether the pair had another spread.
+bool set_pair(int32_t a, int32_t b, const Vec3d& sigma_um, bool replace, Pairs* pairs) {
+    if (a == b) return false;
     const auto key = std::minmax(a, b);
     const auto [known, fresh] = pairs->try_emplace({key.first, key.second}, sigma_um);
-    if (!fresh && replace) known->second = sigma_um;
+    const bool other = !fresh && known->second != sigma_um;
+    if (replace) known->second = sigma_um;
+    return other;
 }
 
 /// Returns the spread of each pair. Those named come first, those with one `*` next.
@@ -60,10 +63,14 @@ Pairs pairs_of(const world::Bleed& bleed, const pipeline::PrintInput& input, int
                 warnings->push_back(fmt::format(messages::kBleedOfSupport, pair.a, pair.b));
                 continue;
             }
+            bool again = false;
             for (int32_t i = a == -2 ? 1 : a; i <= (a == -2 ? materials : a); ++i) {
                 for (int32_t j = b == -2 ? 1 : b; j <= (b == -2 ? materials : b); ++j)
-                    set_pair(i, j, pair.sigma_um, true, &of_rank);
+                    again = set_pair(i, j, pair.sigma_um, true, &of_rank) || again;
             }
+            // With one `*`, two may meet at the pair of their names.
+            if (again && stars != 1)
+                warnings->push_back(fmt::format(messages::kBleedTwice, pair.a, pair.b));
         }
         for (const auto& [key, sigma] : of_rank)
             set_pair(key.first, key.second, sigma, false, &pairs);

@@ -52,7 +52,7 @@ void MeshFilesReader::read(const JsonMember& m, const JsonValue& value, const st
     }
     if (const JsonMember* p = m.value.find("groups_attribute")) {
         options.groups_attribute = json_.string(p->value, "`groups_attribute` of " + what);
-        const std::string& name = options.groups_attribute;
+        const std::string& name = *options.groups_attribute;
         if (json_.ok() && (name.empty() || name == "uv" || name == "n" || name == "color")) {
             json_.fail(p->value, fmt::format(messages::kGroupsAttributeTaken, what, name),
                        messages::kGroupsAttributeTakenHelp);

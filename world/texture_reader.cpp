@@ -117,8 +117,8 @@ void read_texture(const JsonMember& m, JsonReader* json, WorldFiles* files, Worl
     if (const JsonMember* p = m.value.find("outside"))
         texture.outside = json->number(p->value, "`outside` of " + what, -1e30, 1e30);
     read_frames(m.value, what, json, &texture);
-    for (const char* key :
-         {"origin_mm", "spacing_mm", "field", "unit", "pitch_mm", "outside", "time"}) {
+    for (const char* key : {"origin_mm", "spacing_mm", "field", "unit", "pitch_mm", "outside",
+                            "time", "segment", "echo", "detector", "energy_window", "phase"}) {
         if (const JsonMember* p = m.value.find(key))
             texture.of_volume.emplace_back(key, json->location(p->value));
     }

@@ -245,6 +245,44 @@ double part_excess(const Grid& g, const Voxels& v, std::span<const uint8_t> kind
 
 }  // namespace
 
+BlurredGaps blurred_gaps(const Grid& grid, const Voxels& voxels) {
+    constexpr int32_t kLongest = 3;
+    std::vector<uint8_t> blurred(voxels.count());
+    const size_t stride[3] = {
+        1, static_cast<size_t>(grid.elements[0]),
+        static_cast<size_t>(grid.elements[0]) * static_cast<size_t>(grid.elements[1])};
+    for (size_t axis = 0; axis < 3; ++axis) {
+        std::array<int32_t, 3> lines = grid.elements;
+        lines[axis] = 1;
+        for_each_index(lines[2], [&](int32_t z) {
+            for (int32_t y = 0; y < lines[1]; ++y) {
+                for (int32_t x = 0; x < lines[0]; ++x) {
+                    size_t e = grid.element(x, y, z);
+                    int32_t run = kLongest + 1;  // of partly filled ones behind a full one
+                    for (int32_t i = 0; i < grid.elements[axis]; ++i, e += stride[axis]) {
+                        if (!(voxels.solid[e] > 0)) {
+                            run = kLongest + 1;
+                        } else if (voxels.solid[e] < kFull) {
+                            ++run;
+                        } else {
+                            for (int32_t back = 1; run <= kLongest && back <= run; ++back)
+                                blurred[e - static_cast<size_t>(back) * stride[axis]] = 1;
+                            run = 0;
+                        }
+                    }
+                }
+            }
+        });
+    }
+    BlurredGaps out;
+    for (size_t e = blurred.size(); e-- > 0;) {
+        if (blurred[e] == 0) continue;
+        ++out.elements;
+        out.first = e;
+    }
+    return out;
+}
+
 double cut_excess(const Grid& g, const Voxels& v, std::span<const uint8_t> kind, size_t element) {
     const std::array<int32_t, 3> p = place_of(g, static_cast<int64_t>(element));
     return part_excess(g, v, kind, p) * long_excess(g, v, kind, p);

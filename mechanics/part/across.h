@@ -24,6 +24,15 @@ constexpr int kUnresolved = 2 * kAcrossStep - 2, kCoarse = 4 * kAcrossStep - 2;
 std::vector<uint8_t> elements_across(const Grid& grid, const Voxels& voxels,
                                      std::span<const uint8_t> kind, bool dithered);
 
+/// Gaps that end within elements: what lies on their two sides counts as joined.
+struct BlurredGaps {
+    int64_t elements = 0;
+    size_t first = 0;  ///< one of them
+};
+
+/// Looks along the axes for one to three elements that are partly filled between two full ones.
+BlurredGaps blurred_gaps(const Grid& grid, const Voxels& voxels);
+
 /// How many times as stiff, and its stress as small, a part may be where its surface goes through elements: these have
 /// their share of the material in their middle, so it lies too far out; and where elements are longer than they are
 /// across: bent along that side, they are too stiff. 1 where neither is, or many lie across.

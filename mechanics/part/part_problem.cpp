@@ -31,6 +31,8 @@ class SetUp {
     Result<void> run();
 
   private:
+    Vec3 middle_of(size_t element) const;
+    void note_gaps();
     Result<void> check_walls();
     Result<void> hold(const FaceChooser& chooser);
     Result<void> sort_held();
@@ -64,12 +66,30 @@ std::string SetUp::box_of(const Piece& piece) const {
                        high[1], high[2]);
 }
 
+Vec3 SetUp::middle_of(size_t element) const {
+    const std::array<int32_t, 3> at = place_of(p_.grid, static_cast<int64_t>(element));
+    Vec3 place;
+    for (size_t a = 0; a < 3; ++a)
+        place[a] = p_.voxels.origin_mm[a] + (at[a] + 0.5) * p_.grid.pitch_mm[a];
+    return place;
+}
+
+void SetUp::note_gaps() {
+    const BlurredGaps gaps = blurred_gaps(p_.grid, p_.voxels);
+    if (gaps.elements == 0) return;
+    const Vec3 place = middle_of(gaps.first);
+    p_.notes.push_back(fmt::format(messages::kGapsJoined, gaps.elements,
+                                   *std::ranges::max_element(p_.grid.pitch_mm), place[0], place[1],
+                                   place[2]));
+}
+
 Result<void> SetUp::check_walls() {
     if (p_.elements.solid == 0)
         return user_error(messages::kNoneHalfFullBefore +
                               fmt::format(messages::kThinWalls, 100.0,
                                           *std::ranges::max_element(p_.grid.pitch_mm)),
                           messages::kThinWallsHelp);
+    if (!options_.dithered) note_gaps();
     p_.across = elements_across(p_.grid, p_.voxels, p_.elements.kind, options_.dithered);
     // Below one and a half, stiffness is as rough as stress.
     constexpr int kRough = 3 * kAcrossStep / 2 + 2;
@@ -86,10 +106,7 @@ Result<void> SetUp::check_walls() {
     p_.thin_share = thin / all;
     constexpr double kTooMuch = 0.2, kTold = 0.002;
     if (!(thin > kTold * all)) return {};
-    const std::array<int32_t, 3> at = place_of(p_.grid, static_cast<int64_t>(thinnest));
-    Vec3 place;
-    for (size_t a = 0; a < 3; ++a)
-        place[a] = p_.voxels.origin_mm[a] + (at[a] + 0.5) * p_.grid.pitch_mm[a];
+    const Vec3 place = middle_of(thinnest);
     const std::string what =
         fmt::format(messages::kThinWalls, 100 * thin / all,
                     *std::ranges::max_element(p_.grid.pitch_mm)) +

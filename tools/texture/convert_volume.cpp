@@ -61,6 +61,8 @@ class StackReader final : public VolumeReader {
             tell(fmt::format(messages::kChannelsLeftOut, files_[0].filename().string(),
                              fmt::join(image_->left_out(), ", ")));
         channels = options_.luminance ? 1 : image_->color().inks ? 3 : spec_.nchannels;
+        one_field = no_lengths = true;
+        no_nan = !spec_.format.is_floating_point();
         // Slices are mostly measurements; only colour images count as pictures.
         const bool colour = spec_.format.basetype == OIIO::TypeDesc::UINT8 && spec_.nchannels >= 3;
         if (options_.space == "auto") options_.space = colour ? "srgb" : "linear";
@@ -188,16 +190,15 @@ MadeReader open_slices(const std::vector<fs::path>& files, const texture::Volume
     return open_stack(files, options, limits);
 }
 
-/// Refuses keys that say nothing of an array or a table of numbers in their order.
-MadeReader with_plain_keys(MadeReader reader, const texture::VolumeOptions& options) {
-    const auto without_effect = [](const char* what, const char* key) {
-        return user_error(fmt::format(messages::kKeyWithoutEffect, what, key),
-                          fmt::format(messages::kKeyWithoutEffectHelp, key));
-    };
-    if (!options.field.empty()) return without_effect(messages::kNamedFields, "field");
-    if (!options.unit.empty()) return without_effect(messages::kUnitOfLengths, "unit");
-    if (reader && options.outside && (*reader)->no_nan)
-        return without_effect(messages::kPlacesWithoutValue, "outside");
+/// Notes that the file holds one field.
+MadeReader of_one_field(MadeReader reader) {
+    if (reader) (*reader)->one_field = true;
+    return reader;
+}
+
+/// Notes that the file holds an array or a table of numbers in their order.
+MadeReader of_plain_numbers(MadeReader reader) {
+    if (reader) (*reader)->one_field = (*reader)->no_lengths = true;
     return reader;
 }
 
@@ -205,7 +206,7 @@ MadeReader with_plain_keys(MadeReader reader, const texture::VolumeOptions& opti
 MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
                     const texture::ReadLimits& limits) {
     if (files[0].filename() == texture::kPrintManifest)
-        return with_plain_keys(open_print(files[0].parent_path(), limits), options);
+        return of_plain_numbers(open_print(files[0].parent_path(), limits));
     if (files.size() != 1) return open_slices(files, options, limits);
     const Result<InputFile> file = InputFile::open(files[0]);
     if (!file) return file.error();
@@ -213,19 +214,19 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     const Result<size_t> got = file->read(0, head.data(), head.size());
     if (!got) return got.error();
     const std::string_view begin(head.data(), *got);
-    if (is_print(files[0], begin)) return with_plain_keys(open_print(files[0], limits), options);
-    if (begin.starts_with("NRRD")) return open_nrrd(files[0], options, limits);
+    if (is_print(files[0], begin)) return of_plain_numbers(open_print(files[0], limits));
+    if (begin.starts_with("NRRD")) return of_one_field(open_nrrd(files[0], options, limits));
     const std::string kind = lower_ascii(files[0].extension().string());
-    if (begin.starts_with("\x93NUMPY")) return with_plain_keys(open_npy(files[0]), options);
-    if (kind == ".cube") return with_plain_keys(open_cube(files[0], limits), options);
+    if (begin.starts_with("\x93NUMPY")) return of_plain_numbers(open_npy(files[0]));
+    if (kind == ".cube") return of_plain_numbers(open_cube(files[0], limits));
     if (is_nifti_file(files[0])) return open_nifti(files[0], options, limits);
-    if (texture::is_meta_image(files[0])) return open_meta(files[0], options, limits);
+    if (texture::is_meta_image(files[0])) return of_one_field(open_meta(files[0], options, limits));
     if (begin.starts_with(kLegacyVtk)) return open_vtk(files[0], options, limits);
     for (const char* name : {".vti", ".vtr", ".vts", ".vtu", ".vtk"}) {
         if (kind == name) return open_vtk(files[0], options, limits);
     }
     if (texture::is_xdmf(files[0])) return open_xdmf(files[0], options, limits);
-    if (is_mrc(begin)) return open_mrc(files[0], options, limits);
+    if (is_mrc(begin)) return of_one_field(open_mrc(files[0], options, limits));
     if (kind == ".nrrd" || kind == ".nhdr") return user_error(messages::kNotNrrd);
     if (kind == ".npy") return user_error(messages::kNotNpy);
     if (Result<void> known = refuse_others(files[0], *file, kind, begin); !known)

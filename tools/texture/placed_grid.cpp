@@ -179,7 +179,9 @@ MadeReader place_reader(std::unique_ptr<VolumeReader> reader, const GridFrame& f
     }
     MadeReader placed = open_placed_grid(reader->size, reader->channels, std::move(values), frame,
                                          options, reader->beyond);
-    if (placed) (*placed)->rounded = reader->rounded;
+    if (!placed) return placed;
+    (*placed)->rounded = reader->rounded;
+    (*placed)->no_nan = reader->no_nan && !(*placed)->resampled;
     return placed;
 }
 

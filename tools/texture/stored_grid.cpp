@@ -242,6 +242,7 @@ MadeReader open_stored_grid(StoredGrid grid, const texture::ReadLimits& limits) 
         return fits.error();
     const Vec3i size = grid.size;
     const int32_t channels = grid.channels;
+    const bool no_nan = grid.format.kind != NumberFormat::Kind::kFloat;
     std::unique_ptr<VolumeReader> reader;
     if (is_first) {
         reader = std::make_unique<SliceReader>(std::move(grid));
@@ -250,6 +251,7 @@ MadeReader open_stored_grid(StoredGrid grid, const texture::ReadLimits& limits) 
     }
     reader->size = size;
     reader->channels = channels;
+    reader->no_nan = no_nan;
     return reader;
 }
 

@@ -376,6 +376,8 @@ MadeReader open_tiff_stack(const std::vector<fs::path>& files,
     if (Result<void> opened = reader->open(std::move(found.planes), first); !opened)
         return opened.error();
     reader->spacing = found.spacing;
+    reader->no_lengths = !found.spacing;
+    reader->no_nan = first.kind != TiffDirectory::Kind::kFloat;
     return std::unique_ptr<VolumeReader>(std::move(reader));
 }
 

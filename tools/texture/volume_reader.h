@@ -32,9 +32,11 @@ class VolumeReader {
     bool table = false;
     /// What a turned grid has beyond its texels, unless the options say.
     std::array<float, 4> beyond{};
-    bool no_nan = false;     ///< of an array: none of its numbers can be NaN
-    bool rounded = false;    ///< an integer was read that a float does not hold
-    bool resampled = false;  ///< at a pitch, with a value where the file has none
+    bool no_nan = false;      ///< none of its numbers can be NaN
+    bool one_field = false;   ///< it has none to choose from by their names
+    bool no_lengths = false;  ///< it does not say how large a texel is
+    bool rounded = false;     ///< an integer was read that a float does not hold
+    bool resampled = false;   ///< at a pitch, with a value where the file has none
 
     /// Fills a slice, size.x * size.y * channels floats: channels innermost, then x, then y
     /// upwards. In every format the first values of the file have the lowest coordinates. Slices

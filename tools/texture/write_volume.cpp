@@ -75,6 +75,16 @@ Result<void> convert(const fs::path& source, const fs::path& out,
     MadeReader reader = open();
     if (!reader) return bad(reader.error());
     VolumeReader& volume = **reader;
+    const std::tuple<bool, const char*, const char*> idle[] = {
+        {!options.field.empty() && volume.one_field, "field", messages::kNamedFields},
+        {!options.unit.empty() && volume.no_lengths, "unit", messages::kUnitOfLengths},
+        {options.outside && volume.no_nan, "outside", messages::kPlacesWithoutValue},
+    };
+    for (const auto& [is_idle, name, what] : idle) {
+        if (!is_idle) continue;
+        return bad(user_error(fmt::format(messages::kKeyWithoutEffect, what, name),
+                              fmt::format(messages::kKeyWithoutEffectHelp, name)));
+    }
     if (options.pitch_mm > 0 && !volume.resampled)
         return bad(user_error(messages::kPitchWithoutEffect, messages::kPitchWithoutEffectHelp));
     const std::array<double, 3> one{1, 1, 1}, zero{};

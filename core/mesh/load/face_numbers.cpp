@@ -17,7 +17,7 @@ namespace {
 class Numberer {
   public:
     Numberer(MeshSource* source, const MeshOptions& options)
-        : source_(*source), options_(options) {}
+        : source_(*source), options_(options), name_(options.groups_attribute.value_or("face")) {}
 
     Result<FaceNumbers> number() {
         if (options_.groups) {
@@ -58,8 +58,17 @@ class Numberer {
             if (!value) return value.error();
             values[g] = *value;
         }
-        for (const auto& [name, value] : *options_.groups)
+        std::set<std::string> known;
+        for (const FaceGroup& group : source_.groups) {
+            for (const std::string& name : names_of(group))
+                known.insert(name);
+        }
+        for (const auto& [name, value] : *options_.groups) {
             out_.groups.emplace_back(name, value);
+            if (options_.body.empty() && !known.contains(name))
+                source_.warnings.push_back(fmt::format(messages::kGroupNotInFile, options_.name,
+                                                       name, source_.origin.file, all_names()));
+        }
         add_attribute(values);
         return Ok{};
     }
@@ -134,19 +143,22 @@ class Numberer {
             out_.groups.emplace_back(name.empty() ? "default" : name, value);
             out_.look_of.push_back(groups[g].look);
         }
-        if (told_apart && source_.mesh.find(options_.groups_attribute) == nullptr) {
+        if (told_apart && source_.mesh.find(name_) == nullptr) {
             add_attribute(values);
         } else {
             out_.groups.clear();
             out_.look_of.resize(std::min<size_t>(out_.look_of.size(), 1));
+            if (options_.groups_attribute)
+                source_.warnings.push_back(fmt::format(messages::kNoGroupsToNumber, options_.name,
+                                                       source_.origin.file, name_));
         }
     }
 
     void add_attribute(const std::vector<int32_t>& values) {
         std::erase_if(source_.mesh.attributes,
-                      [&](const MeshAttribute& a) { return a.name == options_.groups_attribute; });
+                      [&](const MeshAttribute& a) { return a.name == name_; });
         MeshAttribute a;
-        a.name = options_.groups_attribute;
+        a.name = name_;
         a.is_int = true;
         a.faces.reserve(source_.face_groups.size());
         for (int32_t g : source_.face_groups)
@@ -156,6 +168,7 @@ class Numberer {
 
     MeshSource& source_;
     const MeshOptions& options_;
+    const std::string name_;  ///< of the attribute
     FaceNumbers out_;
 };
 

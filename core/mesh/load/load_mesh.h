@@ -30,7 +30,7 @@ struct MeshOptions {
     /// from 0 in the order of their first faces: the materials if the file has any, else the
     /// groups.
     std::optional<std::map<std::string, int32_t>> groups;
-    std::string groups_attribute = "face";
+    std::optional<std::string> groups_attribute;  ///< its name; `face` without it
     std::string body;  ///< the name of one of load_bodies; empty: all parts as one mesh
     /// This place of the file, in millimetres, becomes the origin.
     Vec3d origin_mm;

@@ -254,6 +254,16 @@ TEST_F(ProcessOption, TroubleIsTold) {
                 Says(program::messages::kDeadNozzlesIdle, "blakc", "did you mean `black`?"));
     EXPECT_THAT(told(R"({"bleed": {"pairs": [{"materials": ["wihte", "K"], "sigma_um": 60}]}})"),
                 Says(program::messages::kBleedIdle, "wihte", "did you mean `white`?"));
+    EXPECT_THAT(
+        told(R"({"dead": [{"material": "black", "substitute": "white", "nozzles": [100000]}]})"),
+        HasSubstr("dead nozzle 100000 of `black` changes nothing"));
+    EXPECT_THAT(told(R"({"about_mm": [1, 2, 3]})"), Says(program::messages::kAboutWithoutScale));
+    EXPECT_THAT(told(R"({"bleed": {"pairs": [{"materials": ["white", "black"], "sigma_um": 60},
+                                             {"materials": ["black", "white"], "sigma_um": 30}]}})"),
+                Says(program::messages::kBleedTwice, "black", "white"));
+    EXPECT_THAT(told(R"({"bleed": {"pairs": [{"materials": ["white", "*"], "sigma_um": 60},
+                                             {"materials": ["black", "*"], "sigma_um": 30}]}})"),
+                Not(HasSubstr("twice")));
     const std::string both =
         told(R"({"bleed": {"pairs": [{"materials": ["cyan", "red"], "sigma_um": 60}]}})");
     EXPECT_THAT(both, Says(program::messages::kBleedIdle, "cyan", "*"));

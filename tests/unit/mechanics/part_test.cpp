@@ -40,6 +40,34 @@ TEST(MechanicsPart, GradedBarIsTheIntegralOfItsCompliance) {
     EXPECT_NEAR(s.solution.work_Nmm, 0.5 * 3 * wanted, 1e-4 * wanted);
 }
 
+TEST(MechanicsPart, GapsWithinElementsAreTold) {
+    const auto notes_of = [](const std::function<double(const Vec3&)>& share) {
+        const Solved s = solved(
+            box_of({12, 6, 6}, 1, 0, [&](const Vec3& p) { return std::pair(share(p), 100.0); }),
+            parsed(R"({"held": [{"side": "-x"}],
+                                           "loads": [{"side": "+x", "force_N": [1, 0, 0]}]})"));
+        return s.problem.notes;
+    };
+    const auto gap = [](size_t axis, double low, double share, double high) {
+        return [=](const Vec3& p) { return p[axis] > low && p[axis] < high ? share : 1; };
+    };
+    const std::string of_36 = fmt::format(messages::kGapsJoined, 36, 1.0, 4.5, 0.5, 0.5);
+    EXPECT_THAT(notes_of(gap(0, 4, 0.7, 5)), ::testing::ElementsAre(of_36));
+    EXPECT_THAT(notes_of(gap(0, 4, 0.9, 6)),
+                ::testing::ElementsAre(::testing::HasSubstr("72 ele")));
+    EXPECT_THAT(notes_of(gap(1, 2, 0.8, 3)),
+                ::testing::ElementsAre(::testing::HasSubstr("72 ele")));
+    EXPECT_THAT(notes_of(gap(2, 2, 0.8, 3)),
+                ::testing::ElementsAre(::testing::HasSubstr("72 ele")));
+    // No gaps: the part's surface, what is less than full all over, a gap of which an element is empty.
+    EXPECT_THAT(notes_of(gap(1, 5, 0.6, 7)), ::testing::IsEmpty());
+    EXPECT_THAT(notes_of([](const Vec3&) { return 0.8; }), ::testing::IsEmpty());
+    EXPECT_THAT(notes_of([](const Vec3& p) {
+                    return p[1] > 2 && p[1] < 3 ? 0 : p[1] > 3 && p[1] < 4 ? 0.7 : 1;
+                }),
+                ::testing::Not(::testing::Contains(::testing::HasSubstr("within them"))));
+}
+
 /// Deflection of the end of a cantilever of 8 x 1 x 1 mm.
 double deflection(int32_t across) {
     const double pitch = 1.0 / across;

@@ -75,6 +75,21 @@ TEST(Stl, ReadsAsciiFilesWithSolidsAsGroups) {
     ASSERT_TRUE(mapped) << mapped.error().text();
     EXPECT_EQ(mapped->mesh.find("kind")->faces[0], 7);
     EXPECT_EQ(mapped->mesh.find("kind")->faces[23], -3);
+    EXPECT_THAT(mapped->warnings, ::testing::IsEmpty());
+    // A name that no face is in, and an attribute that no face gets, are told.
+    options.groups->emplace("c", 1);
+    const Result<LoadedMesh> more = parse_bytes(text, "a.stl", options);
+    ASSERT_TRUE(more) << more.error().text();
+    EXPECT_THAT(more->warnings, ::testing::ElementsAre(::testing::AllOf(
+                                    ::testing::HasSubstr("maps `c`"),
+                                    ::testing::HasSubstr("the file has `a big one`, `b`"))));
+    MeshOptions named;
+    named.groups_attribute = "kind";
+    const Result<LoadedMesh> plain = parse_bytes(binary_stl(testing::cube(10)), "a.stl", named);
+    ASSERT_TRUE(plain) << plain.error().text();
+    EXPECT_EQ(plain->mesh.find("kind"), nullptr);
+    EXPECT_THAT(plain->warnings,
+                ::testing::ElementsAre(::testing::HasSubstr("`groups_attribute` of mesh")));
 }
 
 TEST(Stl, NamesWhatIsWrong) {
