@@ -9,8 +9,19 @@
 #include "abi/halide_hooks.h"
 #include "base/clock.h"
 #include "runtime/pipeline/overlaps.h"
+#include "runtime/pipeline/part_sizes.h"
 
 namespace openfab::pipeline {
+
+namespace {
+
+/// Whether all slices and all of each were printed in one go, of everything in the grid.
+bool is_whole(const PrintSetup& setup, const SliceCommitter& committer) {
+    return committer.resumed() == 0 && committer.slices() == setup.grid.size.z &&
+           !setup.input.crop_mm && !setup.input.window_mm && setup.input.beside_grid == 0;
+}
+
+}  // namespace
 
 void gather_statistics(const PrintSetup& setup, const SlabLoop& loop,
                        const SliceCommitter& committer, double seconds_finish, PrintStatistics* s) {
@@ -49,12 +60,19 @@ void gather_statistics(const PrintSetup& setup, const SlabLoop& loop,
     }
     SlabTimes times;
     Overlaps overlaps;
+    std::vector<bool> covered(setup.input.parts.size());
     for (const auto& r : loop.runs().all()) {
         times.coverage += r->times.coverage;
         times.dither += r->times.dither;
         times.support += r->times.support;
         times.pack += r->times.pack;
         overlaps.add(r->overlaps());
+        for (size_t i = 0; i < covered.size(); ++i)
+            covered[i] = covered[i] || r->covered()[i];
+    }
+    if (is_whole(setup, committer)) {
+        for (std::string& line : lost_part_warnings(setup.input.parts, covered))
+            s->late_warnings.push_back(std::move(line));
     }
     for (std::string& line : overlaps.report(setup.input.parts, setup.grid))
         s->late_warnings.push_back(std::move(line));

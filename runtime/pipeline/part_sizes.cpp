@@ -107,4 +107,17 @@ std::vector<std::string> thin_part_warnings(
     return warnings;
 }
 
+std::vector<std::string> lost_part_warnings(std::span<const part::Part> parts,
+                                            const std::vector<bool>& covered) {
+    std::vector<std::string> warnings;
+    size_t lost = 0;
+    for (size_t i = 0; i < parts.size() && parts.size() > 1; ++i) {
+        if (covered[i] || parts[i].piece != nullptr || ++lost > kMostSizes) continue;
+        warnings.push_back(fmt::format(messages::kPartLost, parts[i].name, parts[i].instance));
+    }
+    if (lost > kMostSizes)
+        warnings.push_back(fmt::format(messages::kMorePartsLost, lost - kMostSizes));
+    return warnings;
+}
+
 }  // namespace openfab::pipeline

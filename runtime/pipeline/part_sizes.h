@@ -29,4 +29,9 @@ std::vector<std::string> thin_part_warnings(
     std::span<const part::Part> parts, const std::vector<std::shared_ptr<solid::Solid>>& solids,
     const Vec3d& pitch_mm);
 
+/// Returns one for each part of several that has no voxel, at most 4 and one for the rest. `covered`: by part,
+/// whether it has any. Empty pieces are told where they are cut.
+std::vector<std::string> lost_part_warnings(std::span<const part::Part> parts,
+                                            const std::vector<bool>& covered);
+
 }  // namespace openfab::pipeline

@@ -60,6 +60,8 @@ class SlabRun {
     const dither::SlabPlanes& planes() const { return planes_; }
     /// Returns the printf lines of the slab's voxels, which the caller may move from.
     segments::PrintfLog& log() { return log_; }
+    /// Returns, by part, whether any slab so far holds a voxel of it.
+    const std::vector<bool>& covered() const { return own_.covered(); }
     /// Returns the overlaps of all slabs so far.
     const Overlaps& overlaps() const { return overlaps_; }
     SlabTimes times;

@@ -81,6 +81,10 @@ abi::KernelStatus SlabParts::begin(int32_t slab, Pool<volume::BlockEvaluator>* e
     for (const auto& active : active_) {
         seconds_coverage += active->seconds_coverage;
         blocks_to_evaluate_ += active->cull.blocks_to_evaluate();
+        const auto index = static_cast<size_t>(active->part->index);
+        if (!covered_[index])
+            covered_[index] =
+                std::ranges::any_of(active->mask.mask, [](uint8_t column) { return column != 0; });
     }
     return status.load();
 }

@@ -65,7 +65,7 @@ struct SlabRow {
 /// Memory of the parts in one slab, reused by later slabs.
 class SlabParts {
   public:
-    explicit SlabParts(const SlabSetup& setup) : setup_(setup) {}
+    explicit SlabParts(const SlabSetup& setup) : covered_(setup.parts->size()), setup_(setup) {}
 
     /// Memory limit for mixtures that fill whole blocks of one slab, over all its parts.
     static constexpr int64_t kUniformBlockBytes = 8 << 20;
@@ -83,6 +83,9 @@ class SlabParts {
     abi::KernelStatus evaluate_row(int32_t row, uint8_t slices, SlabRow* scratch,
                                    volume::BlockEvaluator* evaluator) const;
     volume::BlockEvaluator* take_evaluator(Pool<volume::BlockEvaluator>* evaluators) const;
+
+    /// Returns, by part, whether any slab so far holds a voxel of it.
+    const std::vector<bool>& covered() const { return covered_; }
 
     double seconds_coverage = 0;  ///< summed over threads and slabs
 
@@ -104,6 +107,7 @@ class SlabParts {
     abi::KernelStatus evaluate_part(const ActivePart& active, uint8_t slices, SlabRow* scratch,
                                     volume::BlockEvaluator* evaluator) const;
 
+    std::vector<bool> covered_;
     const SlabSetup& setup_;
     const std::atomic<bool>* interrupt_ = nullptr;
     int32_t slab_ = 0;
