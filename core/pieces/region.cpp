@@ -161,8 +161,9 @@ bool Region::contains(const Vec3d& p) const {
 
 Vec3d apart(const Region& region, double gap_mm) {
     Vec3d out;
+    const double way = region.shapes_only ? gap_mm / 4 : gap_mm / 2;
     for (const Side& side : region.sides)
-        out = out + side.normal * (side.front ? gap_mm / 2 : gap_mm / -2);
+        out = out + side.normal * (side.front ? way : 0 - way);
     return out;
 }
 

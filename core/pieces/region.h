@@ -78,8 +78,8 @@ struct Filled {
 
 struct Region {
     std::string name;
-    bool shapes_only = false;  ///< a dowel: nothing but what is added
-    std::vector<Side> sides;
+    bool shapes_only = false;   ///< a dowel: nothing but what is added
+    std::vector<Side> sides;    ///< of a dowel those of both pieces that it joins
     std::vector<int32_t> cuts;  ///< of the sides: number of the cut
     std::vector<Shape> added;   ///< first
     std::vector<Shape> removed;

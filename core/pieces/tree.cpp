@@ -122,10 +122,10 @@ class RegionMaker {
         Region dowel;
         dowel.name = fmt::format("dowel {}", ++dowels_);
         dowel.shapes_only = true;
-        // It moves with the two pieces together.
-        for (size_t i = 0; i < own.cuts.size() && own.cuts[i] != number; ++i) {
-            dowel.sides.push_back(own.sides[i]);
-            dowel.cuts.push_back(own.cuts[i]);
+        // It moves with both pieces, half as far with each.
+        for (const Region* piece : {&own, &other}) {
+            dowel.sides.insert(dowel.sides.end(), piece->sides.begin(), piece->sides.end());
+            dowel.cuts.insert(dowel.cuts.end(), piece->cuts.begin(), piece->cuts.end());
         }
         dowel.added.push_back(shape);
         if (!c.material.empty()) dowel.filled.push_back({shape, c.material});

@@ -283,7 +283,16 @@ class Splitter {
     JsonValue exploded(JsonValue placements) const {
         constexpr double kGap = 0.12;  // of the tray's longest side
         const Vec3d& tray = machine_.size_mm;
-        const double gap_mm = std::round(10 * kGap * std::max({tray.x, tray.y, tray.z})) / 10;
+        // A dowel hangs between its holes.
+        double least = 0;
+        for (const size_t index : cut_) {
+            for (const pieces::Cut& cut : world_.objects[index].pieces->tree.cuts) {
+                for (const pieces::Connector& one : cut.connectors)
+                    least = std::max(least, 1.2 * one.length_mm);
+            }
+        }
+        const double gap_mm =
+            std::round(10 * std::max({least, kGap * tray.x, kGap * tray.y, kGap * tray.z})) / 10;
         for (JsonValue& item : placements.items) {
             const JsonMember* object = item.find("object");
             const bool is_cut = object != nullptr && item.find("piece") == nullptr &&

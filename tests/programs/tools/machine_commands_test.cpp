@@ -267,6 +267,21 @@ TEST_F(MachineCommands, SplitPiecesArePlacedAnewAndPrint) {
     EXPECT_THAT(mixed.err, testing::Says(tools::messages::kWorldsDiffer));
 }
 
+// Dowels are longer than pieces are put apart by the machine's size, and cuts meet that move both pieces of one.
+TEST_F(MachineCommands, ExplodedPiecesAndDowelsAreApart) {
+    write_world("slab.fab.json", R"("slab": {"box": [30, 26, 12]})",
+                R"("slab": {"mesh": "slab", "fablet": "plain"})", R"({"object": "slab"})");
+    const Outcome done = openfab({"split", path("slab.fab.json"), "--fit", "18x15x15mm", "-o",
+                                  path("cut.fab.json"), "--peg", "3mm", "--skin", "1mm", "--number",
+                                  "0mm", "--gap", "1mm", "--material", "hard"});
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_THAT(done.out, HasSubstr("4 pieces"));
+    const Outcome print = openfab({"print", path("exploded-cut.fab.json"), "-o", path("e.ofr"),
+                                   "--voxel", "0.25mm", "--progress", "none"});
+    EXPECT_EQ(print.exit_code, 0);
+    EXPECT_EQ(print.err, "");
+}
+
 TEST_F(MachineCommands, SeamsGoWhereColoursChangeAndAwayFromStress) {
     scratch_.write("halves.fl", R"(fablet Halves {
     @uniform { Material a, b; }
