@@ -154,6 +154,14 @@ Result<const Format*> choose_format(const OutputOptions& options, const world::P
             backends::format_names("and", [](const Format& each) { return each.flips_x; }),
             (*format)->name));
     }
+    if (*format != nullptr && !(*format)->has_palette && options.png_indexed)
+        return usage_error(fmt::format(messages::kNoPalette, (*format)->name));
+    const bool to_receiver = stream::is_address(options.output);
+    for (const auto& [option, file] :
+         {std::pair("--token-file", &options.token_file), std::pair("--tls-ca", &options.tls_ca)}) {
+        if (!file->empty() && !to_receiver)
+            return usage_error(fmt::format(messages::kNoReceiver, option, options.output));
+    }
     return format;
 }
 

@@ -42,7 +42,8 @@ struct Format {
     std::string_view name;       ///< as `--format` takes it
     std::string_view extension;  ///< of the output, or of the pictures in its folder; with the dot
     FormatKind kind = FormatKind::kFile;
-    bool flips_x = false;  ///< has pictures that `--flip-x` mirrors
+    bool flips_x = false;      ///< has pictures that `--flip-x` mirrors
+    bool has_palette = false;  ///< that `--png indexed` asks for
     /// Has the fractions of one material: `openfab print` makes it of means over parts of voxels, what is
     /// opened here of codes alone.
     bool of_fractions = false;

@@ -90,6 +90,7 @@ const backends::Format kPngFormat{
     .extension = ".png",
     .kind = backends::FormatKind::kFolder,
     .flips_x = true,
+    .has_palette = true,
     .open = open_folder<png_options>,
     .encode = encode<png_options>,
 };

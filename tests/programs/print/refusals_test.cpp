@@ -128,6 +128,14 @@ TEST_F(Refusals, WhatAnOutputCannotHaveIsNotIgnored) {
         EXPECT_EQ(outcome.exit_code, 2) << output;
         EXPECT_THAT(outcome.err, Says(program::messages::kNotMirrored));
         EXPECT_FALSE(fs::exists(path(output)));
+        const Outcome indexed = print({"-o", path(output), "--png", "indexed"});
+        EXPECT_EQ(indexed.exit_code, 2) << output;
+        EXPECT_THAT(indexed.err, Says(program::messages::kNoPalette));
+        for (const char* option : {"--token-file", "--tls-ca"}) {
+            const Outcome alone = print({"-o", path(output), option, path("e.ofr")});
+            EXPECT_EQ(alone.exit_code, 2) << option;
+            EXPECT_THAT(alone.err, Says(program::messages::kNoReceiver, option, path(output)));
+        }
     }
     EXPECT_EQ(openfab({"export", path("e.ofr"), "-o", path("f.npy"), "--flip-x"}).exit_code, 2);
     EXPECT_EQ(openfab({"export", path("e.ofr"), "-o", path("s.ofr"), "--slice", "1"}).exit_code, 2);
