@@ -67,11 +67,8 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
     const Result<const backends::Format*> format = choose_format(options, *printer);
     if (!format) return format.error();
     if (Result<void> fine = check_mesh_pitch(options, *format); !fine) return fine.error();
-    // A material of a mesh has one colour; the profile says what the machine makes of mixtures.
-    for (const auto& [figure, why] : printer->unknown) {
-        if (figure == "mixtures" && is_mesh_format(*format) && options.dither.empty())
-            notes->push_back(fmt::format(messages::kMixturesAreLost, printer->name, why));
-    }
+    if (has_mesh_colors(*format, *printer))
+        notes->push_back(fmt::format(messages::kColorsOfMixtures, printer->name));
     if (has_mesh_pitch(options, *printer, *format)) {
         if (!options.mesh_pitch_mm && !pitch_is_given(options)) {
             notes->push_back(fmt::format(messages::kMeshesMadeFrom, kMeshPitchMm * options.draft));

@@ -57,7 +57,8 @@ class Encoder : public backends::NullSink {
 Result<std::unique_ptr<pipeline::SliceSink>> open_format(const OutputOptions& options,
                                                          const world::Printer& printer,
                                                          const Format* format,
-                                                         const std::atomic<bool>* interrupt) {
+                                                         const std::atomic<bool>* interrupt,
+                                                         backends::MixtureInlet* mixtures) {
     if (format == nullptr)
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<backends::NullSink>());
     if (options.resume && !can_be_resumed(options, *format)) {
@@ -79,7 +80,9 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const OutputOptions& op
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<stream::StreamSink>(
             std::move(*address), std::move(*token), std::move(tls), options.resume, interrupt));
     }
-    return format->open(settings_of(options, printer));
+    backends::OutputSettings settings = settings_of(options, printer);
+    settings.mixtures = mixtures;
+    return format->open(settings);
 }
 
 /// `.gcode`, `.tif`, `.7z`, but not the `.2` of `ball_v1.2`.
@@ -141,8 +144,23 @@ Result<const Format*> name_format(const OutputOptions& options, const world::Pri
 
 }  // namespace
 
+bool has_mesh_colors(const Format* format, const world::Printer& printer) {
+    return printer.mesh_colors && format != nullptr && format->mixture_bytes_per_column != nullptr;
+}
+
 bool is_mesh_format(const Format* format) {
     return format != nullptr && format->kind == backends::FormatKind::kMesh;
+}
+
+std::string lost_mixtures(const pipeline::PrintStatistics& statistics, const std::string& dither,
+                          const backends::Format* format, const world::Printer& printer) {
+    if (statistics.voxels_mixed == 0 || !is_mesh_format(format) ||
+        has_mesh_colors(format, printer) || !dither.empty())
+        return {};
+    const auto all =
+        static_cast<double>(std::max(statistics.voxels_solid, statistics.voxels_mixed));
+    return fmt::format(messages::kMixturesAreLost,
+                       100 * static_cast<double>(statistics.voxels_mixed) / all);
 }
 
 Result<const Format*> choose_format(const OutputOptions& options, const world::Printer& printer) {
@@ -195,11 +213,12 @@ int64_t output_bytes_per_column(const Format* format, size_t materials) {
 
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(const OutputOptions& options,
                                                          const world::Printer& printer,
-                                                         const std::atomic<bool>* interrupt) {
+                                                         const std::atomic<bool>* interrupt,
+                                                         backends::MixtureInlet* mixtures) {
     const Result<const Format*> format = choose_format(options, printer);
     if (!format) return format.error();
     Result<std::unique_ptr<pipeline::SliceSink>> sink =
-        open_format(options, printer, *format, interrupt);
+        open_format(options, printer, *format, interrupt, mixtures);
     if (!sink || options.previews.empty()) return sink;
     std::vector<std::unique_ptr<backends::SliceObserver>> observers;
     for (const preview::PreviewSpec& spec : options.previews)

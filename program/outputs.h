@@ -10,6 +10,7 @@
 
 #include "backends/common/format.h"
 #include "program/output_options.h"
+#include "runtime/pipeline/print_statistics.h"
 #include "runtime/pipeline/slice_sink.h"
 #include "world/printer.h"
 
@@ -19,6 +20,14 @@ struct GridOptions;
 
 /// Returns whether the format is one of boundary meshes; false for null.
 bool is_mesh_format(const backends::Format* format);
+
+/// Returns whether a print in the format has the colours of mixtures on its faces, which the machine takes.
+bool has_mesh_colors(const backends::Format* format, const world::Printer& printer);
+
+/// Returns the note for mixtures that the meshes of an output do not have; empty where none were lost, or
+/// the rule of the dither, `dither`, was chosen.
+std::string lost_mixtures(const pipeline::PrintStatistics& statistics, const std::string& dither,
+                          const backends::Format* format, const world::Printer& printer);
 
 /// Returns the format of the output: from --format, else by OUT's extension, else the printer's
 /// own; null where only previews are written. Fails with a usage error for an extension that
@@ -30,10 +39,10 @@ Result<const backends::Format*> choose_format(const OutputOptions& options,
 Result<void> check_mesh_pitch(const GridOptions& options, const backends::Format* format);
 
 /// Opens the output; an existing one is replaced, or resumed. Once `interrupt` is set, if there is one,
-/// it waits for nobody.
+/// it waits for nobody. Through `mixtures`, if there is one, it gets the fractions of the print, for their colours.
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(
     const OutputOptions& options, const world::Printer& printer,
-    const std::atomic<bool>* interrupt = nullptr);
+    const std::atomic<bool>* interrupt = nullptr, backends::MixtureInlet* mixtures = nullptr);
 
 /// Returns a sink that encodes slices as that of open_output does and keeps none, for outputs whose
 /// slices are encoded in other processes than the one that writes them. Fails for formats that are

@@ -10,6 +10,7 @@
 
 #include "abi/kernel_call.h"
 #include "base/clock.h"
+#include "base/cores.h"
 #include "program/build_volume.h"
 #include "program/messages.h"
 #include "program/output_check.h"
@@ -95,6 +96,13 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
     if (hooks.loaded) hooks.loaded(*job);
     PreparedPrint ready;
     ready.options = pipeline_options(options, *format, job->input.materials.size(), hooks);
+    if (has_mesh_colors(*format, job->printer)) {
+        ready.mixtures = std::make_unique<backends::MixtureInlet>(hooks.fractions);
+        ready.options.fractions = ready.mixtures.get();
+        // A slab more than threads may be in flight.
+        const int32_t slices = 8 * (options.threads.value_or(usable_cores()) + 1);
+        ready.options.sink_bytes_per_column += (*format)->mixture_bytes_per_column(slices);
+    }
     ready.options.nozzles = job->nozzles.get();
     ready.options.bleed = job->bleed.get();
     Result<std::unique_ptr<pipeline::PrintJob>> print =

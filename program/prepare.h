@@ -39,7 +39,9 @@ struct PreparedPrint {
     Job job;
     const backends::Format* format = nullptr;  ///< of the output, see choose_format
     pipeline::PrintOptions options;
-    std::unique_ptr<pipeline::PrintJob> print;
+    /// Through which the output gets mixtures, see open_output; null: it wants none.
+    std::unique_ptr<backends::MixtureInlet> mixtures;
+    std::unique_ptr<pipeline::PrintJob> print;  ///< declared last: it uses the others
 };
 
 /// Reads the world, checks it, the outputs and the printer's build volume, and sets the print up.

@@ -94,10 +94,12 @@ Result<void> check_grey(const Options& options, bool grey, const pipeline::Print
 Result<void> run(pipeline::PrintJob* print, const Options& options, const backends::Format* format,
                  const world::Printer& printer, const std::string& sizes,
                  const std::atomic<bool>& interrupt, const pipeline::SlabClock& clock,
-                 program::Progress& progress, job::Record* record) {
+                 program::Progress& progress, job::Record* record,
+                 backends::MixtureInlet* mixtures) {
     DeferredInterrupt deferred;
     if (options.resume) deferred.say(messages::kInterruptedBeforeNewSlices);
-    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(options, printer, &interrupt);
+    Result<std::unique_ptr<pipeline::SliceSink>> sink =
+        open_output(options, printer, &interrupt, mixtures);
     if (!sink) return sink.error();
     if (format != nullptr && format->note != nullptr) {
         if (const std::string text = format->note(print->info()); !text.empty())
@@ -135,6 +137,9 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
     if (!done) return statistics.slices > 0 ? add_resume_hint(done.error(), options, format) : done;
     for (const std::string& warning : statistics.late_warnings)
         progress.warn(warning);
+    if (const std::string lost = lost_mixtures(statistics, options.dither, format, printer);
+        !lost.empty())
+        progress.note(lost);
     if (progress.sums_up()) show_summary(statistics, print->info(), options);
     return written;
 }
@@ -209,8 +214,9 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     Options of_codes = options;
     // Grey pictures have a print of their own.
     if (grey) of_codes.output.clear(), of_codes.format.clear();
-    const Result<void> done = run(ready->print.get(), of_codes, ready->format, job.printer, sizes,
-                                  interrupt, clock, progress, grey ? nullptr : record.get());
+    const Result<void> done =
+        run(ready->print.get(), of_codes, ready->format, job.printer, sizes, interrupt, clock,
+            progress, grey ? nullptr : record.get(), ready->mixtures.get());
     note_trouble(record.get(), &progress);
     if (!done || hooks.fractions != &coarse) return done;
     ready->print.reset();  // and its memory

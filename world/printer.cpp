@@ -18,12 +18,18 @@ constexpr size_t kLargestPrinter = 1'000'000;
 constexpr double kInch_mm = 25.4;
 
 const KeySet& printer_keys() {
-    static const KeySet set = {
-        "printer",
-        {"name", "maker", "model", "dpi", "layer_um", "layers_um", "pitch_mm", "build_volume_mm",
-         "max_materials", "native_format", "formats", "makes_support", "support_material",
-         "layer_time_s", "inks", "handoff", "sources", "unknown", "process"},
-        {"name"}};
+    static const KeySet set = {"printer",
+                               {"name",          "maker",
+                                "model",         "dpi",
+                                "layer_um",      "layers_um",
+                                "pitch_mm",      "build_volume_mm",
+                                "max_materials", "native_format",
+                                "formats",       "mesh_colors",
+                                "makes_support", "support_material",
+                                "layer_time_s",  "inks",
+                                "handoff",       "sources",
+                                "unknown",       "process"},
+                               {"name"}};
     return set;
 }
 
@@ -177,6 +183,8 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
     }
     if (const JsonMember* p = root->find("native_format"))
         out.native_format = json.string(p->value, "`native_format`");
+    if (const JsonMember* p = root->find("mesh_colors"))
+        out.mesh_colors = json.boolean(p->value, "`mesh_colors`");
     if (const JsonMember* p = root->find("makes_support")) {
         out.makes_support = json.boolean(p->value, "`makes_support`");
     }

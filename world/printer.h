@@ -52,6 +52,8 @@ struct Printer {
     int32_t max_materials = 254;
     std::string native_format = "ofr";  ///< see backends/formats; whoever opens an output checks it
     std::vector<std::string> formats;   ///< that the front end takes; empty: not listed
+    /// The machine chooses inks by the colours of a mesh's faces, so that a 3MF has those of mixtures.
+    bool mesh_colors = false;
     std::vector<Ink> inks;
     bool makes_support = true;  ///< the printer's front end adds support, so slices contain none
     SupportMaterial support_material;

@@ -94,6 +94,8 @@ void put_printer(Json& json, const Printer& printer) {
     key(json, "native_format");
     put(json, printer.native_format);
     put_list(json, "formats", formats_of(printer));
+    key(json, "mesh_colors");
+    json.Bool(printer.mesh_colors);
     key(json, "makes_support");
     json.Bool(printer.makes_support);
     key(json, "layer_time_s");

@@ -4,8 +4,10 @@
 
 #include <fmt/format.h>
 
+#include "backends/boundary/colored_sink.h"
 #include "backends/boundary/mesh_sink.h"
 #include "backends/boundary/messages.h"
+#include "backends/boundary/position_index.h"
 
 namespace openfab::boundary {
 
@@ -15,6 +17,14 @@ template <std::unique_ptr<MeshWriter> (*make_writer)(const std::filesystem::path
 Result<std::unique_ptr<pipeline::SliceSink>> open(const backends::OutputSettings& settings) {
     return std::unique_ptr<pipeline::SliceSink>(
         std::make_unique<MeshSink>(make_writer(settings.path)));
+}
+
+/// With colours where somebody has mixtures, and the machine takes them.
+Result<std::unique_ptr<pipeline::SliceSink>> open_threemf(
+    const backends::OutputSettings& settings) {
+    if (settings.mixtures == nullptr) return open<make_threemf_writer>(settings);
+    return std::unique_ptr<pipeline::SliceSink>(
+        std::make_unique<ColoredSink>(settings.path, settings.mixtures));
 }
 
 std::vector<backends::FormatFile> stl_files(const std::string& path,
@@ -43,7 +53,21 @@ const backends::Format kThreemfFormat{
     .ended_early = messages::kEndedEarly,
     .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
     .files = backends::one_renamed_file,
-    .open = open<make_threemf_writer>,
+    .open = open_threemf,
+    .mixture_bytes_per_column = colored_bytes_per_column,
+};
+
+const backends::Format kApartFormat{
+    .name = "3mf-apart",
+    .extension = ".3mf",
+    .kind = backends::FormatKind::kMesh,
+    .not_resumed = messages::kMeshNotResumed,
+    .ended_early = messages::kEndedEarly,
+    // Positions of two planes, where every voxel differs from its neighbours.
+    .bytes_per_column =
+        [](size_t) { return kMesherBytesPerColumn + PositionIndex::kBytesPerColumn; },
+    .files = backends::one_renamed_file,
+    .open = open<make_apart_writer>,
 };
 
 const backends::Format kFilamentFormat{

@@ -61,11 +61,16 @@ std::vector<uint8_t> MeshSink::encode(const pipeline::SliceView& slice) const {
 }
 
 Result<void> MeshSink::commit(int32_t z, std::vector<uint8_t> bytes) {
+    return commit_colored(z, std::move(bytes), {});
+}
+
+Result<void> MeshSink::commit_colored(int32_t z, std::vector<uint8_t> bytes,
+                                      std::span<const uint32_t> colors) {
     OPENFAB_CHECK(mesher_ != nullptr);  // begun, and not finished
     const pipeline::SliceView slice{z, bytes.data(),
                                     backends::packed_row_bytes(info_.size.x, info_.bits),
                                     info_.size.x, info_.size.y};
-    Result<void> done = mesher_->add(slice, info_.bits);
+    Result<void> done = mesher_->add(slice, info_.bits, colors.data());
     broken_ = broken_ || !done;
     return done;
 }

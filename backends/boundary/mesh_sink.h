@@ -10,6 +10,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "backends/boundary/mesher.h"
@@ -56,6 +57,13 @@ std::unique_ptr<MeshWriter> make_stl_writer(const std::filesystem::path& path);
 /// files beside it.
 std::unique_ptr<MeshWriter> make_threemf_writer(const std::filesystem::path& path);
 
+/// Same, with coincident sheets of a material separated as in an STL, for programs that join vertices at equal positions.
+std::unique_ptr<MeshWriter> make_apart_writer(const std::filesystem::path& path);
+
+/// Writes one 3MF package: an object for each material, whose triangles have colours of a colour group of the Materials
+/// Extension.
+std::unique_ptr<MeshWriter> make_colored_writer(const std::filesystem::path& path);
+
 /// The most filaments that slicers number in painted triangles.
 /// Source: PrusaSlicer 2.5, EnforcerBlockerType in libslic3r/TriangleSelector.hpp.
 constexpr size_t kMostFilaments = 15;
@@ -78,6 +86,9 @@ class MeshSink : public pipeline::SliceSink {
     Result<void> begin(const pipeline::PrintInfo& info) override;
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
     Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override;
+    /// Same with the colours of the slice's voxels, for a writer that has colours.
+    Result<void> commit_colored(int32_t z, std::vector<uint8_t> bytes,
+                                std::span<const uint32_t> colors);
     Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:

@@ -81,10 +81,13 @@ Mesher::Mesher(int32_t width, int32_t height, int32_t first_slice, MeshReceiver*
       planes_(3, Plane(width, height)),
       midpoints_z_(width, height),
       finder_(width, height),
-      pending_(256) {}
+      pending_(256) {
+    if (receiver->has_colors()) colors_ = std::make_unique<ColorLayers>(width, height);
+}
 
-Result<void> Mesher::add(const pipeline::SliceView& slice, int32_t bits) {
+Result<void> Mesher::add(const pipeline::SliceView& slice, int32_t bits, const uint32_t* colors) {
     OPENFAB_CHECK_EQ(slice.z, first_slice_ + z_);
+    if (colors_ != nullptr) colors_->fill(z_, colors);
     layer(z_).fill(slice, bits);
     return step();
 }
@@ -103,7 +106,9 @@ Result<void> Mesher::step() {
     plane(z_ + 1).points.clear();
     plane(z_).midpoints_x.clear();
     plane(z_).midpoints_y.clear();
-    const auto marks = [this](const Rectangle& r) { mark(r); };
+    const auto marks = [this](const Rectangle& r) {
+        split(r, [this](const Rectangle& part) { mark(part); });
+    };
     finder_.across_z(layer(z_ - 1), layer(z_), z_, marks);
     finder_.across_xy(layer(z_), z_, marks);
     mark_crossings();
@@ -112,7 +117,9 @@ Result<void> Mesher::step() {
     number_points();
     number_midpoints(plane(z_).midpoints_x, 0, z_, &plane(z_).x_table);
     number_midpoints(plane(z_).midpoints_y, 1, z_, &plane(z_).y_table);
-    const auto emits = [this](const Rectangle& r) { emit(r); };
+    const auto emits = [this](const Rectangle& r) {
+        split(r, [this](const Rectangle& part) { emit(part); });
+    };
     finder_.across_xy(layer(z_ - 1), z_ - 1, emits);
     finder_.across_z(layer(z_ - 1), layer(z_), z_, emits);
     ++z_;
@@ -334,6 +341,7 @@ void Mesher::emit_side(const Rectangle& rectangle, bool high) {
         MeshTriangle& out = pending.triangles.emplace_back();
         for (size_t i = 0; i < 3; ++i)
             out[i] = corners[t[i]];
+        out.color = high ? rectangle.high_color : rectangle.low_color;
     }
     if (pending.triangles.size() >= kPiece) flush(code);
 }

@@ -28,9 +28,11 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "backends/boundary/color_layers.h"
 #include "backends/boundary/faces.h"
 #include "backends/boundary/lattice.h"
 #include "backends/boundary/rectangle.h"
@@ -48,7 +50,9 @@ struct MeshCorner {
     /// have vertex 0.
     std::array<int16_t, 3> off{};
 };
-using MeshTriangle = std::array<MeshCorner, 3>;
+struct MeshTriangle : std::array<MeshCorner, 3> {
+    uint32_t color = 0;  ///< of the voxel behind it, where there are colours
+};
 
 /// Receives the meshes in pieces, vertices in the order of their indices.
 class MeshReceiver {
@@ -59,6 +63,8 @@ class MeshReceiver {
     virtual bool identifies_by_position() const { return false; }
     /// Returns whether vertices of all materials are numbered together; they come with code 0 then.
     virtual bool numbers_together() const { return false; }
+    /// Returns whether triangles have colours: then faces of different ones are not merged.
+    virtual bool has_colors() const { return false; }
     virtual Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) = 0;
     virtual Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) = 0;
 };
@@ -73,8 +79,10 @@ class Mesher {
     /// `width` and `height` in voxels; `first_slice` is the z of the first slice.
     Mesher(int32_t width, int32_t height, int32_t first_slice, MeshReceiver* receiver);
 
-    /// Adds the next slice above. Codes are at most 255, 0 is void.
-    Result<void> add(const pipeline::SliceView& slice, int32_t bits);
+    /// Adds the next slice above. Codes are at most 255, 0 is void. `colors`: of its voxels, for a receiver that
+    /// has colours.
+    Result<void> add(const pipeline::SliceView& slice, int32_t bits,
+                     const uint32_t* colors = nullptr);
     /// Closes the meshes above the last slice.
     Result<void> finish();
 
@@ -96,6 +104,12 @@ class Mesher {
     Plane& plane(int32_t z) { return planes_[static_cast<size_t>(z + 3) % 3]; }
 
     Result<void> step();
+    /// Visits the rectangle, or its parts of one colour.
+    template <typename Visit>
+    void split(const Rectangle& rectangle, Visit visit) {
+        if (colors_ == nullptr) return visit(rectangle);
+        colors_->split(rectangle, visit);
+    }
     void mark(const Rectangle& rectangle);
     void mark_crossings();
     bool needs_midpoint(int32_t axis, const std::array<uint8_t, 8>& low_end,
@@ -125,7 +139,8 @@ class Mesher {
     BitPlane midpoints_z_;       ///< of the slice before the last
     VertexTable z_table_;
     FaceFinder finder_;
-    std::vector<Pending> pending_;  ///< by code
+    std::unique_ptr<ColorLayers> colors_;  ///< null: there are none
+    std::vector<Pending> pending_;         ///< by code
     Result<void> error_;
     // Scratch of emit.
     Outline outline_;

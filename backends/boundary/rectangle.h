@@ -22,6 +22,8 @@ struct Rectangle {
     int32_t plane = 0;  ///< lattice coordinate along axis
     int32_t u0 = 0, u1 = 0, v0 = 0, v1 = 0;
     uint8_t low = 0, high = 0;
+    uint32_t low_color = 0,
+             high_color = 0;  ///< of the voxels on both sides, where there are colours
 
     int32_t u_axis() const { return axis == 0 ? 1 : 0; }
     int32_t v_axis() const { return axis == 2 ? 1 : 2; }

@@ -7,8 +7,10 @@
 #include <iterator>
 #include <utility>
 
+#include "backends/boundary/color_table.h"
 #include "backends/boundary/mesh_sink.h"
 #include "backends/boundary/messages.h"
+#include "backends/boundary/position_index.h"
 #include "backends/common/deflate_spool.h"
 #include "backends/common/messages.h"
 #include "backends/common/package.h"
@@ -19,10 +21,13 @@ namespace openfab::boundary {
 
 namespace {
 
+constexpr std::string_view kColorNamespace =
+    " xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\"";
 constexpr int64_t kMostIndices = INT32_MAX;  // of vertices and triangles, by the 3MF specification
 constexpr int kMaterialsId = 1;
 constexpr const char* kModel = "3D/3dmodel.model";
 constexpr int64_t kGlueBytes = 1 << 20;  // more than the text around the meshes
+constexpr int64_t kColorBytes = 64;      // more than the text of a colour
 
 constexpr std::string_view kContentTypes =
     R"(<?xml version="1.0" encoding="UTF-8"?>
@@ -63,12 +68,16 @@ std::string placed(const pipeline::PrintInfo& info) {
                        static_cast<float>(y), static_cast<float>(z));
 }
 
+enum class Kind : uint8_t { kEach, kApart, kFilament, kColored };
+
 class ThreemfWriter final : public MeshWriter {
   public:
-    ThreemfWriter(std::filesystem::path path, bool for_filament)
-        : path_(std::move(path)), for_filament_(for_filament) {}
+    ThreemfWriter(std::filesystem::path path, Kind kind)
+        : path_(std::move(path)), kind_(kind), for_filament_(kind == Kind::kFilament) {}
 
     bool numbers_together() const override { return for_filament_; }
+    bool identifies_by_position() const override { return kind_ == Kind::kApart; }
+    bool has_colors() const override { return kind_ == Kind::kColored; }
 
     Result<void> begin(const pipeline::PrintInfo& info) override {
         if (for_filament_ && info.materials.size() > kMostFilaments) {
@@ -86,6 +95,7 @@ class ThreemfWriter final : public MeshWriter {
     }
 
     Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) override {
+        if (kind_ == Kind::kApart) return {};  // take_triangles has those that are moved
         Mesh& mesh = for_filament_ ? all_ : meshes_[code - 1u];
         if (Result<void> counted = count(mesh, &mesh.vertex_count, points.size()); !counted)
             return counted;
@@ -93,12 +103,8 @@ class ThreemfWriter final : public MeshWriter {
             if (Result<void> made = make_spool(&mesh.vertices); !made) return made;
         }
         text_.clear();
-        for (const Vec3i& point : points) {
-            // Formats the shortest digits that read back as this number.
-            const Vec3f p = coordinates_.at(point);
-            fmt::format_to(std::back_inserter(text_),
-                           FMT_COMPILE("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>\n"), p.x, p.y, p.z);
-        }
+        for (const Vec3i& point : points)
+            put_vertex(coordinates_.at(point));
         return mesh.vertices->append({text_.data(), text_.size()});
     }
 
@@ -111,19 +117,23 @@ class ThreemfWriter final : public MeshWriter {
         if (mesh.triangles == nullptr) {
             if (Result<void> made = make_spool(&mesh.triangles); !made) return made;
         }
+        if (kind_ == Kind::kApart) return take_apart(&mesh, triangles);
         text_.clear();
         const std::string paint =
             for_filament_ ? fmt::format(" p1=\"{}\"{}", code - 1, painted_with(code)) : "";
         for (const MeshTriangle& t : triangles) {
-            fmt::format_to(std::back_inserter(text_),
-                           FMT_COMPILE("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"{}/>\n"),
-                           t[0].vertex, t[1].vertex, t[2].vertex, paint);
+            if (kind_ == Kind::kColored) {
+                put_triangle(t[0].vertex, t[1].vertex, t[2].vertex,
+                             fmt::format(" p1=\"{}\"", colors_.number(t.color)));
+                continue;
+            }
+            put_triangle(t[0].vertex, t[1].vertex, t[2].vertex, paint);
         }
         return mesh.triangles->append({text_.data(), text_.size()});
     }
 
     Result<void> end() override {
-        int64_t bytes = kGlueBytes;
+        int64_t bytes = kGlueBytes + kColorBytes * static_cast<int64_t>(colors_.colors().size());
         bool any = false;
         const auto end_one = [&](backends::DeflateSpool* spool) -> Result<void> {
             if (spool == nullptr) return {};
@@ -146,7 +156,7 @@ class ThreemfWriter final : public MeshWriter {
         package_ = std::move(*package);
         Result<void> done = package_->add("[Content_Types].xml", kContentTypes);
         if (done) done = package_->add("_rels/.rels", kRelationships);
-        if (done) {
+        if (done && kind_ != Kind::kColored) {
             done = for_filament_ ? package_->add("Metadata/Slic3r_PE_model.config", volumes())
                                  : package_->add("Metadata/model_settings.config", parts());
         }
@@ -160,8 +170,45 @@ class ThreemfWriter final : public MeshWriter {
   private:
     struct Mesh {
         std::unique_ptr<backends::DeflateSpool> vertices, triangles;
+        PositionIndex positions;  ///< of kApart
         int64_t vertex_count = 0, triangle_count = 0;
     };
+
+    void put_vertex(const Vec3f& p) {
+        // Formats the shortest digits that read back as this number.
+        fmt::format_to(std::back_inserter(text_),
+                       FMT_COMPILE("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>\n"), p.x, p.y, p.z);
+    }
+    void put_triangle(uint32_t a, uint32_t b, uint32_t c, std::string_view more) {
+        fmt::format_to(std::back_inserter(text_),
+                       FMT_COMPILE("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"{}/>\n"), a, b, c, more);
+    }
+
+    /// Writes vertices as triangles need them: each position once.
+    Result<void> take_apart(Mesh* mesh, std::span<const MeshTriangle> triangles) {
+        if (mesh->vertices == nullptr) {
+            if (Result<void> made = make_spool(&mesh->vertices); !made) return made;
+        }
+        std::vector<std::array<uint32_t, 3>> numbers;
+        text_.clear();
+        size_t added = 0;
+        for (const MeshTriangle& t : triangles) {
+            std::array<uint32_t, 3>& of = numbers.emplace_back();
+            for (size_t i = 0; i < 3; ++i) {
+                const auto [number, is_new] = mesh->positions.number(t[i]);
+                of[i] = number;
+                if (!is_new) continue;
+                put_vertex(coordinates_.at(t[i]));
+                ++added;
+            }
+        }
+        Result<void> done = count(*mesh, &mesh->vertex_count, added);
+        if (done) done = mesh->vertices->append({text_.data(), text_.size()});
+        text_.clear();
+        for (const auto& [a, b, c] : numbers)
+            put_triangle(a, b, c, "");
+        return done ? mesh->triangles->append({text_.data(), text_.size()}) : done;
+    }
 
     Result<void> count(const Mesh& mesh, int64_t* sum, size_t more) {
         *sum += static_cast<int64_t>(more);
@@ -242,11 +289,18 @@ class ThreemfWriter final : public MeshWriter {
         std::string text = fmt::format(
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
             "<model unit=\"millimeter\" xml:lang=\"en-US\" "
-            "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">\n"
+            "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"{}>\n"
             "<metadata name=\"Title\">{}</metadata>\n"
             "<metadata name=\"Application\">OpenFab</metadata>\n"
-            "<resources>\n<basematerials id=\"{}\">\n",
-            backends::escape_xml(info_.title), kMaterialsId);
+            "<resources>\n",
+            kind_ == Kind::kColored ? kColorNamespace : "", backends::escape_xml(info_.title));
+        if (kind_ == Kind::kColored) {
+            text += fmt::format("<m:colorgroup id=\"{}\">\n", kMaterialsId);
+            for (const Rgba color : colors_.colors())
+                text += fmt::format("<m:color color=\"#{:08X}\"/>\n", color);
+            return text + "</m:colorgroup>\n";
+        }
+        text += fmt::format("<basematerials id=\"{}\">\n", kMaterialsId);
         for (const pipeline::SliceMaterial& m : info_.materials) {
             text += fmt::format("<base name=\"{}\" displaycolor=\"#{:02X}{:02X}{:02X}{:02X}\"/>\n",
                                 backends::escape_xml(m.name), m.preview[0], m.preview[1],
@@ -281,7 +335,8 @@ class ThreemfWriter final : public MeshWriter {
             const Mesh& mesh = meshes_[m];
             if (!is_there(mesh)) continue;
             components += fmt::format("<component objectid=\"{}\"/>\n", object_of(m));
-            Result<void> done = begin_object(object_of(m), info_.materials[m].name, m);
+            Result<void> done = begin_object(object_of(m), info_.materials[m].name,
+                                             kind_ == Kind::kColored ? 0 : m);
             if (done) done = put(*mesh.vertices);
             if (done) done = put("</vertices>\n<triangles>\n");
             if (done) done = put(*mesh.triangles);
@@ -306,6 +361,7 @@ class ThreemfWriter final : public MeshWriter {
     }
 
     std::filesystem::path path_;
+    Kind kind_;
     bool for_filament_;
     pipeline::PrintInfo info_;
     Coordinates coordinates_;
@@ -315,16 +371,25 @@ class ThreemfWriter final : public MeshWriter {
     std::unique_ptr<backends::Package> package_;  ///< declared after file_, so destroyed before it
     backends::TextSum sum_;
     fmt::memory_buffer text_;
+    ColorTable colors_;  ///< of kColored
 };
 
 }  // namespace
 
 std::unique_ptr<MeshWriter> make_threemf_writer(const std::filesystem::path& path) {
-    return std::make_unique<ThreemfWriter>(path, false);
+    return std::make_unique<ThreemfWriter>(path, Kind::kEach);
+}
+
+std::unique_ptr<MeshWriter> make_apart_writer(const std::filesystem::path& path) {
+    return std::make_unique<ThreemfWriter>(path, Kind::kApart);
+}
+
+std::unique_ptr<MeshWriter> make_colored_writer(const std::filesystem::path& path) {
+    return std::make_unique<ThreemfWriter>(path, Kind::kColored);
 }
 
 std::unique_ptr<MeshWriter> make_filament_writer(const std::filesystem::path& path) {
-    return std::make_unique<ThreemfWriter>(path, true);
+    return std::make_unique<ThreemfWriter>(path, Kind::kFilament);
 }
 
 }  // namespace openfab::boundary

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "backends/common/mixture_inlet.h"
 #include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::backends {
@@ -23,6 +24,8 @@ struct OutputSettings {
     bool png_indexed = false;   ///< with a palette instead of RGBA
     bool flip_x = false;        ///< in pictures +x points left
     bool front_end_makes_support = true;
+    /// Through which fractions come, for a machine that takes a mesh's colours; null: none come.
+    MixtureInlet* mixtures = nullptr;
     std::string handoff;  ///< the printer's own lines for its operator
 };
 
@@ -61,6 +64,9 @@ struct Format {
         const std::string& path, const std::vector<pipeline::SliceMaterial>& materials) = nullptr;
     /// Creates the output, or reopens it to be resumed.
     Result<std::unique_ptr<pipeline::SliceSink>> (*open)(const OutputSettings& settings) = nullptr;
+    /// Of a format that has the colours of mixtures: the memory of these, likewise, with so many slices in
+    /// flight; null: it has none.
+    int64_t (*mixture_bytes_per_column)(int32_t slices) = nullptr;
     /// Encodes a slice as the sink does; null where the output is not made slice by slice.
     std::vector<uint8_t> (*encode)(const pipeline::SliceView& slice,
                                    const pipeline::PrintInfo& info,

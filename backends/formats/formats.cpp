@@ -18,10 +18,11 @@ namespace openfab::backends {
 namespace {
 
 constexpr std::array kFormats{
-    &ofr::kOfrFormat,          &raster::kPngFormat,        &raster::kBmpFormat,
-    &gcvf::kGcvfFormat,        &raster::kGreyFormat,       &raster::kGrey16Format,
-    &raster::kTiffFormat,      &raster::kTiff16Format,     &raster::kNpyFormat,
-    &boundary::kThreemfFormat, &boundary::kFilamentFormat, &boundary::kStlFormat,
+    &ofr::kOfrFormat,          &raster::kPngFormat,     &raster::kBmpFormat,
+    &gcvf::kGcvfFormat,        &raster::kGreyFormat,    &raster::kGrey16Format,
+    &raster::kTiffFormat,      &raster::kTiff16Format,  &raster::kNpyFormat,
+    &boundary::kThreemfFormat, &boundary::kApartFormat, &boundary::kFilamentFormat,
+    &boundary::kStlFormat,
 };
 
 }  // namespace

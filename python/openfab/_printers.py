@@ -31,6 +31,8 @@ class Printer:
         The largest number of materials in a print.
     formats : tuple of str
         The formats that its front end accepts, the usual one first.
+    mesh_colors : bool
+        Whether it chooses inks by the colours of a mesh, so that 3MF files have those of mixtures.
     makes_support : bool
         Whether its front end adds support.
     layer_time_s : float or None
@@ -54,6 +56,7 @@ class Printer:
     build_volume_mm: tuple[float | None, ...]
     max_materials: int
     formats: tuple[str, ...]
+    mesh_colors: bool
     makes_support: bool
     layer_time_s: float | None
     inks: dict[str, float | None]

@@ -191,7 +191,8 @@ Result<void> Print::print() {
         ready->print.reset();  // and its memory
         return print_means(parts);
     }
-    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_sink(ready->job.printer);
+    Result<std::unique_ptr<pipeline::SliceSink>> sink =
+        open_sink(ready->job.printer, ready->mixtures.get());
     if (!sink) return sink.error();
     set_state(State::kPrinting);
     pipeline::PrintStatistics statistics;
@@ -211,8 +212,11 @@ Result<void> Print::print() {
         found.push_back(nothing);
     }
     statistics_ = program::statistics_json(statistics, info_);
+    std::string lost =
+        program::lost_mixtures(statistics, options_.dither, ready->format, ready->job.printer);
     const std::lock_guard lock(mutex_);
     warnings_.insert(warnings_.end(), found.begin(), found.end());
+    if (!lost.empty()) notes_.push_back(std::move(lost));
     return done;
 }
 
@@ -257,12 +261,13 @@ Result<void> Print::print_means(const Vec3i& parts) {
     return done;
 }
 
-Result<std::unique_ptr<pipeline::SliceSink>> Print::open_sink(const world::Printer& printer) {
+Result<std::unique_ptr<pipeline::SliceSink>> Print::open_sink(const world::Printer& printer,
+                                                              backends::MixtureInlet* mixtures) {
     if (target_ == Target::kSlices)
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<ToQueue>(&queue_));
     if (target_ == Target::kOutput) {
         if (!output_.empty()) options_.output = output_;
-        return program::open_output(options_, printer, &interrupt_);
+        return program::open_output(options_, printer, &interrupt_, mixtures);
     }
     std::vector<std::unique_ptr<backends::SliceObserver>> observers;
     pictures_.resize(options_.previews.size());

@@ -83,7 +83,8 @@ class Print {
     Result<void> make_estimate(program::PreparedPrint ready);
     /// Hands out means over so many parts of each voxel of info_, and no codes.
     Result<void> print_means(const Vec3i& parts);
-    Result<std::unique_ptr<pipeline::SliceSink>> open_sink(const world::Printer& printer);
+    Result<std::unique_ptr<pipeline::SliceSink>> open_sink(const world::Printer& printer,
+                                                           backends::MixtureInlet* mixtures);
     void set_state(State state);
 
     const std::shared_ptr<const Program> program_;

@@ -67,6 +67,7 @@ void gather_statistics(const PrintSetup& setup, const SlabLoop& loop,
         times.support += r->times.support;
         times.pack += r->times.pack;
         overlaps.add(r->overlaps());
+        s->voxels_mixed += r->mixed();
         for (size_t i = 0; i < covered.size(); ++i)
             covered[i] = covered[i] || r->covered()[i];
     }

@@ -58,6 +58,7 @@ struct PrintStatistics {
     int64_t nearest_bytes = 0, slab_bytes = 0;
     int64_t sink_bytes = 0;  ///< of encoded slices
     int64_t cache_hits = 0, cache_misses = 0, cache_evictions = 0, cache_peak_bytes = 0;
+    int64_t voxels_mixed = 0;        ///< of this print, before the dither
     int64_t weights_not_usable = 0;  ///< negative or NaN amounts, replaced by 0
     int64_t displacements_not_finite = 0, displacements_cut = 0;
     uint64_t hash = 0;  ///< of all slices' packed rows

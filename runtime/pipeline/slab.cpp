@@ -7,6 +7,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "base/check.h"
@@ -14,6 +15,19 @@
 #include "runtime/pipeline/fraction_rows.h"
 
 namespace openfab::pipeline {
+
+namespace {
+
+/// Returns how many voxels of those slices have no material of their own.
+int64_t count_mixed(const dither::RowBand& band, uint8_t slices) {
+    if (!band.any_mixed) return 0;
+    int64_t count = 0;
+    for (const uint8_t column : band.mixed)
+        count += std::popcount(static_cast<uint8_t>(column & slices));
+    return count;
+}
+
+}  // namespace
 
 SlabRun::SlabRun(const SlabSetup& setup)
     : setup_(setup),
@@ -115,7 +129,8 @@ Vec2<int32_t> SlabRun::rows_to_run() const {
 }
 
 /// Gives the nozzles' substitutes to a band, and its fractions to whom they are for.
-void SlabRun::finish_band(dither::RowBand* band, dither::RowBand* mixtures) const {
+void SlabRun::finish_band(dither::RowBand* band, dither::RowBand* mixtures) {
+    mixed_ += count_mixed(setup_.separate_mixtures ? *mixtures : *band, slices_);
     if (nozzles_ != nullptr) {
         nozzles_->apply(own_.slab(), setup_.size.y, band);
         if (setup_.separate_mixtures) nozzles_->apply(own_.slab(), setup_.size.y, mixtures);

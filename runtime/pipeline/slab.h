@@ -64,6 +64,8 @@ class SlabRun {
     const std::vector<bool>& covered() const { return own_.covered(); }
     /// Returns the overlaps of all slabs so far.
     const Overlaps& overlaps() const { return overlaps_; }
+    /// Returns how many voxels of all slabs so far were mixtures.
+    int64_t mixed() const { return mixed_; }
     SlabTimes times;
 
   private:
@@ -72,7 +74,7 @@ class SlabRun {
     bool prepare(uint8_t slices);
     Vec2<int32_t> rows_to_run() const;
     void take_notes(SlabRow* row);
-    void finish_band(dither::RowBand* band, dither::RowBand* mixtures) const;
+    void finish_band(dither::RowBand* band, dither::RowBand* mixtures);
     abi::KernelStatus run_rows(int32_t first, int32_t end, Pool<volume::BlockEvaluator>* evaluators,
                                const StopFlags& stop);
     abi::KernelStatus run_rows_with_bleed(int32_t first, int32_t end,
@@ -91,6 +93,7 @@ class SlabRun {
     dither::SlabPlanes planes_;
     segments::PrintfLog log_;
     Overlaps overlaps_;
+    std::atomic<int64_t> mixed_ = 0;
     std::shared_ptr<const process::Nozzles> nozzles_;
     dither::SlabDither dither_;
 };

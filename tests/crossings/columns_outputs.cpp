@@ -167,7 +167,7 @@ std::vector<Column> output_columns() {
                       {},
                       openfab::testing::format,
                       {name, "--mesh-pitch"}};
-        if (name == "stl" || name == "3mf" || name == "filament")
+        if (format->kind == backends::FormatKind::kMesh)
             column.change.options = {"--mesh-pitch", "0.25mm"};
         column.change.options.insert(column.change.options.end(), {"--format", name});
         all.push_back(std::move(column));

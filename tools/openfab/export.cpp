@@ -56,7 +56,11 @@ Result<void> export_slice(const ExportOptions& options, ofr::OfrReader* reader) 
 void note_of_format(const ExportOptions& options, const pipeline::PrintInfo& info) {
     const Result<const backends::Format*> format =
         program::choose_format(options.print, printer_of(info));
-    if (!format || *format == nullptr || (*format)->note == nullptr) return;
+    if (!format || *format == nullptr) return;
+    if (const world::Printer printer = printer_of(info);
+        program::is_mesh_format(*format) && printer.mesh_colors)
+        note(fmt::format(messages::kNoMixturesLeft, printer.name));
+    if ((*format)->note == nullptr) return;
     if (const std::string text = (*format)->note(info); !text.empty()) note(text);
 }
 

@@ -6,9 +6,12 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 
+#include "backends/formats/formats.h"
 #include "base/messages.h"
+#include "mesh/load/load_mesh.h"
 #include "program/messages.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/places/places.h"
@@ -95,6 +98,76 @@ TEST_F(Printers, PrintInEachFormatOfTheirFrontEnds) {
             EXPECT_THAT(read_file(out / "HANDOFF.txt"), HasSubstr("printer             " + name));
         }
     }
+}
+
+/// What the reader of a file sees is what the fablet asks for, or it is told. A body of two parts of yellow and one
+/// of magenta is orange: slices have both inks, a coloured mesh has the colour, and other meshes say what is lost.
+TEST_F(Printers, HaveTheMixtureOrTellInEachFormat) {
+    scratch_.write("orange.fl", R"(fablet Orange {
+    @uniform { Material yellow, magenta; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(yellow, 2);
+        mc.Set(magenta, 1);
+        return mc;
+    }
+}
+)");
+    scratch_.write("orange.fab.json", R"({"openfab": 1,
+        "fablets": {"orange": {"source": "orange.fl", "fablet": "Orange"}},
+        "materials": {"yellow": {"key": "#ffe700"}, "magenta": {"key": "#e1007c"}},
+        "meshes": {"block": {"box": [0.8, 0.6, 0.5]}},
+        "objects": {"thing": {"mesh": "block", "fablet": "orange", "uniforms": {"yellow": "yellow", "magenta": "magenta"}}},
+        "build": [{"object": "thing"}]})");
+    int colored = 0;
+    for (const std::string& name : world::printer_names()) {
+        const Result<world::Printer> printer = world::load_printer(name);
+        ASSERT_TRUE(printer);
+        if (printer->max_materials < 2) continue;
+        for (const backends::Format* format : backends::formats()) {
+            if (format->of_fractions) continue;  // one material's, as asked for
+            SCOPED_TRACE(fmt::format("{} {}", name, format->name));
+            const bool is_mesh = format->kind == backends::FormatKind::kMesh;
+            const std::string out =
+                path(fmt::format("{}_{}", name, format->name)) +
+                (format->kind == backends::FormatKind::kFolder ? std::string()
+                                                               : std::string(format->extension));
+            std::vector<std::string> words{"print",    path("orange.fab.json"),   "--printer", name,
+                                           "--format", std::string(format->name), "-o",        out};
+            if (!is_mesh) words.insert(words.end(), {"--dpi", "300x300", "--layer", "50um"});
+            const Outcome outcome = openfab(words);
+            ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+            const bool told =
+                outcome.err.find(" % of the voxels are mixtures") != std::string::npos;
+            if (!is_mesh) {
+                EXPECT_FALSE(told) << outcome.err;
+                // Both inks have their share of the block's 0.24 mm3.
+                EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("magenta 0 ml")));
+                continue;
+            }
+            if (!printer->mesh_colors || format->name != "3mf") {
+                EXPECT_TRUE(told) << outcome.err;
+                continue;
+            }
+            ++colored;
+            EXPECT_FALSE(told) << outcome.err;
+            EXPECT_THAT(outcome.err, Says(program::messages::kColorsOfMixtures, name));
+            const Result<mesh::LoadedMesh> loaded = mesh::load_mesh(out, {});
+            ASSERT_TRUE(loaded) << loaded.error().text();
+            const auto color =
+                std::find_if(loaded->mesh.attributes.begin(), loaded->mesh.attributes.end(),
+                             [](const auto& a) { return a.name == "color"; });
+            ASSERT_NE(color, loaded->mesh.attributes.end());
+            // Two parts of #ffe700 (linear 1, 0.80, 0.063 at least) and one of #e1007c (0.75, 0.063, 0.20), by
+            // their powers: 0.909, 0.343, 0.093, in sRGB #f49e56, give and take a rounding.
+            const std::vector<float>& values = color->values;
+            ASSERT_EQ(values.size(), 3u);
+            EXPECT_NEAR(values[0], 0.909, 0.005);
+            EXPECT_NEAR(values[1], 0.343, 0.005);
+            EXPECT_NEAR(values[2], 0.093, 0.003);
+        }
+    }
+    EXPECT_EQ(colored, 2);
 }
 
 TEST_F(Printers, AskForWhatTheirMakersDoNotPublish) {

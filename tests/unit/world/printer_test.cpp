@@ -65,8 +65,8 @@ TEST(Printer, IsReadFromAFile) {
             fmt::format(
                 openfab::messages::kKnownNames,
                 "`name`, `maker`, `model`, `dpi`, `layer_um`, `layers_um`, `pitch_mm`, "
-                "`build_volume_mm`, `max_materials`, `native_format`, `formats`, `makes_support`" +
-                    fmt::format(openfab::messages::kAndMore, 7)));
+                "`build_volume_mm`, `max_materials`, `native_format`, `formats`, `mesh_colors`" +
+                    fmt::format(openfab::messages::kAndMore, 8)));
     EXPECT_EQ(
         error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "support_material": {"key": "red"}})"),
         "1:66: `key` of the support material is `red`; " +
