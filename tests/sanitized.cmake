@@ -18,7 +18,7 @@ set(sanitized_tests
     programs/print_resume_test programs/print_refusals_test programs/print_pipes_and_disks_test
     property/foreign_meshes_test
     # Addresses: trees and their kernels, dicing, coverage, dither, packing, slabs, segments, culling, support, output.
-    unit/nearest_unit unit/surface_test unit/shape_solid_test unit/near_boxes_test unit/pieces_search_test unit/voxel_test unit/stages_test unit/simd_operations_test unit/pipeline_unit_test
+    unit/nearest_unit unit/surface_test unit/shape_solid_test unit/near_boxes_test unit/split_search_test unit/voxel_test unit/stages_test unit/simd_operations_test unit/pipeline_unit_test
     property/nearest_engine_equals_brute_force property/nearest_bounds_hold property/nearest_points_equal_brute_force
     property/nearest_treelets_are_built_once property/nearest_winding_is_exact property/nearest_attributes_are_the_winners
     property/nearest_any_thread_count property/nearest_sides_agree_with_coverage property/nearest_whole_parts_are_exact

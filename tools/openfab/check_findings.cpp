@@ -10,9 +10,9 @@
 #include <map>
 #include <utility>
 
-#include "inspection/components.h"
-#include "inspection/section.h"
-#include "inspection/thickness.h"
+#include "tools/inspection/components.h"
+#include "tools/inspection/section.h"
+#include "tools/inspection/thickness.h"
 #include "tools/openfab/messages.h"
 
 namespace openfab::tools {

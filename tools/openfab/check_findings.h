@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "inspection/bits.h"
 #include "runtime/pipeline/slice_sink.h"
+#include "tools/inspection/bits.h"
 #include "world/process.h"
 
 namespace openfab::tools {

@@ -16,7 +16,6 @@
 #include "base/polar.h"
 #include "base/say.h"
 #include "base/units.h"
-#include "pieces/search.h"
 #include "tools/openfab/extents.h"
 #include "tools/openfab/machine_tray.h"
 #include "tools/openfab/messages.h"
@@ -26,6 +25,7 @@
 #include "tools/openfab/split_seam.h"
 #include "tools/openfab/stock.h"
 #include "tools/openfab/tray_worlds.h"
+#include "tools/split/search.h"
 #include "world/world.h"
 
 namespace openfab::tools {

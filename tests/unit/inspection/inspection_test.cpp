@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
-#include "inspection/components.h"
-#include "inspection/distances.h"
-#include "inspection/section.h"
-#include "inspection/thickness.h"
 #include "tests/support/long_run.h"
+#include "tools/inspection/components.h"
+#include "tools/inspection/distances.h"
+#include "tools/inspection/section.h"
+#include "tools/inspection/thickness.h"
 
 namespace openfab::inspection {
 namespace {

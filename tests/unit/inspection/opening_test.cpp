@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "inspection/components.h"
-#include "inspection/thickness.h"
 #include "tests/support/long_run.h"
 #include "tests/unit/inspection/opening_twin.h"
+#include "tools/inspection/components.h"
+#include "tools/inspection/thickness.h"
 
 namespace openfab::inspection {
 namespace {

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "inspection/bits.h"
-#include "inspection/thickness.h"
+#include "tools/inspection/bits.h"
+#include "tools/inspection/thickness.h"
 
 namespace openfab::inspection {
 

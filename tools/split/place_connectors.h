@@ -4,8 +4,8 @@
 
 // Puts dowels and numbers on the cuts of a tree.
 
-#include "pieces/coarse_solid.h"
-#include "pieces/search.h"
+#include "tools/split/coarse_solid.h"
+#include "tools/split/search.h"
 
 namespace openfab::pieces {
 

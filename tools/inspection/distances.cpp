@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "inspection/distances.h"
+#include "tools/inspection/distances.h"
 
 #include <tbb/parallel_for.h>
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pieces/coarse_solid.h"
+#include "tools/split/coarse_solid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "inspection/section.h"
+#include "tools/inspection/section.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pieces/search.h"
+#include "tools/split/search.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include <limits>
 #include <memory>
 
-#include "pieces/box_plan.h"
-#include "pieces/coarse_solid.h"
-#include "pieces/place_connectors.h"
-#include "pieces/slivers.h"
+#include "tools/split/box_plan.h"
+#include "tools/split/coarse_solid.h"
+#include "tools/split/place_connectors.h"
+#include "tools/split/slivers.h"
 
 namespace openfab::pieces {
 

@@ -1,12 +1,12 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pieces/box_plan.h"
+#include "tools/split/box_plan.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "pieces/search.h"
+#include "tools/split/search.h"
 
 namespace openfab::pieces {
 

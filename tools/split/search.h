@@ -13,8 +13,8 @@
 
 #include "base/vec.h"
 #include "pieces/extent.h"
-#include "pieces/slivers.h"
 #include "pieces/tree.h"
+#include "tools/split/slivers.h"
 
 namespace openfab::pieces {
 

@@ -4,7 +4,7 @@
 // The search for cuts: boxes get no more pieces than the best grid, every piece fits, connectors fit, seams
 // avoid what is painted; boxes of pieces and distances of connectors against sampling.
 
-#include "pieces/search.h"
+#include "tools/split/search.h"
 
 #include <gtest/gtest.h>
 

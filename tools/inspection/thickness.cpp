@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "inspection/thickness.h"
+#include "tools/inspection/thickness.h"
 
 #include <tbb/parallel_for.h>
 
@@ -9,8 +9,8 @@
 #include <cmath>
 #include <utility>
 
-#include "inspection/components.h"
-#include "inspection/distances.h"
+#include "tools/inspection/components.h"
+#include "tools/inspection/distances.h"
 
 namespace openfab::inspection {
 

@@ -1,11 +1,11 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pieces/slivers.h"
+#include "tools/split/slivers.h"
 
 #include <algorithm>
 #include <cstddef>
 
-#include "pieces/search.h"
+#include "tools/split/search.h"
 
 namespace openfab::pieces {
 

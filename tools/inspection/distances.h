@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "inspection/bits.h"
+#include "tools/inspection/bits.h"
 
 namespace openfab::inspection {
 

@@ -1,10 +1,10 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "inspection/components.h"
+#include "tools/inspection/components.h"
 
 #include <algorithm>
 
-#include "inspection/sets.h"
+#include "tools/inspection/sets.h"
 
 namespace openfab::inspection {
 

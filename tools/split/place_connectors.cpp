@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "pieces/place_connectors.h"
+#include "tools/split/place_connectors.h"
 
 #include <algorithm>
 #include <array>
