@@ -218,6 +218,8 @@ Result<void> StillImage::fits() const {
     if (s.width < 1 || s.height < 1 || s.full_width < 1 || s.full_height < 1)
         return user_error(messages::kPictureEmpty);
     if (s.deep) return user_error(messages::kDeepImage);
+    if (std::string_view(s.get_string_attribute("textureformat")).starts_with("CubeFace"))
+        return user_error(messages::kCubeOfFaces);
     if (s.depth > 1) return user_error(messages::kIsAVolume);
     const auto pixels = static_cast<double>(s.width) * s.height;
     const double row = static_cast<double>(s.width) * s.nchannels;

@@ -82,6 +82,13 @@ class OffReader {
 
     void read_header() {
         if (!next_line()) return fail(messages::kOffCounts);
+        // A blank may lack between the name and the first count.
+        const size_t ends = words_[0].find_last_not_of("0123456789") + 1;
+        const bool joined = ends < words_[0].size() && words_[0].substr(0, ends).ends_with("OFF");
+        if (joined) {
+            words_.insert(words_.begin(), words_[0].substr(0, ends));
+            words_[1].remove_prefix(ends);
+        }
         std::string word(words_[0]);
         if (word.ends_with("OFF")) {
             word.resize(word.size() - 3);

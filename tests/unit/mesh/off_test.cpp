@@ -51,6 +51,8 @@ TEST(Off, PolygonsAreTriangulated) {
     std::string text = cube("OFF");
     text.replace(0, text.find("8 6"), "OFF ");
     EXPECT_EQ(read(text).triangles.size(), 12u);
+    text.replace(0, 4, "\t OFF");  // and without a blank
+    EXPECT_EQ(read(text).triangles.size(), 12u);
 }
 
 TEST(Off, ColoursOfVerticesAndFaces) {

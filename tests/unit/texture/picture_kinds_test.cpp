@@ -5,16 +5,21 @@
 // byte by byte, as no writer makes all of them.
 
 #include <OpenImageIO/imageio.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <zlib.h>
 
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <string>
 #include <vector>
 
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/picture_kinds.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -223,6 +228,40 @@ TEST_F(PictureKinds, ColourAndDepthOfOpenExrIsThePictureAlone) {
               (std::vector<float>{0.25F, 0.5F, 0.75F, 1}));
     EXPECT_EQ(begins(texels_of(write({"B", "G", "N.X", "N.Y", "N.Z", "R"}), 3), 3),
               (std::vector<float>{0.25F, 0.5F, 0.75F}));
+}
+
+/// A reader gives the first of six faces alone.
+TEST_F(PictureKinds, SixFacesAroundAPointAreNoPicture) {
+    const std::filesystem::path file = folder_.path() / "faces.exr";
+    constexpr size_t kHigh = 96;
+    OIIO::ImageSpec spec(16, kHigh, 3, OIIO::TypeDesc::FLOAT);
+    spec.attribute("compression", "none");
+    const auto out = OIIO::ImageOutput::create(file.string());
+    ASSERT_TRUE(out->open(file.string(), spec)) << out->geterror();
+    const std::vector<float> pixels(16 * kHigh * 3, 0.5F);
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
+    out->close();
+    texels_of(file, 3);  // is one without the attribute
+    // The attribute goes in front, and the rows, whose places the file lists, behind it.
+    std::ifstream stream(file, std::ios::binary);
+    std::string bytes(std::istreambuf_iterator<char>(stream), {});
+    const std::string attribute("envmap\0envmap\0\1\0\0\0\1", 19);
+    const auto place = [&](size_t at) {
+        uint64_t value = 0;
+        std::memcpy(&value, &bytes[at], sizeof value);
+        return value;
+    };
+    size_t table = 8;
+    while (place(table) != table + 8 * kHigh)
+        ++table;
+    for (size_t row = 0; row < kHigh; ++row) {
+        const uint64_t moved = place(table + 8 * row) + attribute.size();
+        std::memcpy(&bytes[table + 8 * row], &moved, sizeof moved);
+    }
+    folder_.write("faces.exr", bytes.insert(8, attribute));
+    const Result<void> made = make_pyramid_file(file, folder_.path() / "out.oftx", {"auto", false});
+    ASSERT_FALSE(made);
+    EXPECT_THAT(made.error().text(), testing::Says(messages::kCubeOfFaces));
 }
 
 TEST_F(PictureKinds, ChromaticitiesOfOpenExr) {
