@@ -21,14 +21,6 @@
 
 namespace openfab::ir {
 
-enum class Type : uint8_t { kBool, kInt, kUint, kFloat };
-
-enum class Op : uint8_t {
-#define OPENFAB_IR_NAME(name, ...) k##name,
-    OPENFAB_IR_OPS(OPENFAB_IR_NAME)
-#undef OPENFAB_IR_NAME
-};
-
 using ValueId = uint32_t;
 constexpr ValueId kNoValue = ~ValueId{0};
 /// Index of the first LoopVar's next value among a LoopEnd's arguments.

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+
 // Every IR operation, once, in families: X(Name, "spelling", arity, operands, result).
 //   arity     number of arguments; -1: see compiler/ir/ir.h
 //   operands  what the arguments are, all of one type: Any, Numbers, Integers, Floats, Bools; Own: a rule of its own in verify.cpp
@@ -133,3 +135,16 @@
 #define OPENFAB_IR_CASE(name, ...) case ::openfab::ir::Op::k##name:
 // The case labels of a family, in a switch: OPENFAB_IR_CASES(FUNCTIONS).
 #define OPENFAB_IR_CASES(family) OPENFAB_IR_##family(OPENFAB_IR_CASE)
+// clang-format on
+
+namespace openfab::ir {
+
+enum class Type : uint8_t { kBool, kInt, kUint, kFloat };
+
+enum class Op : uint8_t {
+#define OPENFAB_IR_NAME(name, ...) k##name,
+    OPENFAB_IR_OPS(OPENFAB_IR_NAME)
+#undef OPENFAB_IR_NAME
+};
+
+}  // namespace openfab::ir

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <iterator>
 
 #include "base/text.h"
 #include "tools/fields/messages.h"
@@ -34,10 +35,27 @@ uint32_t value_of(const std::string& word) {
     return static_cast<uint32_t>(std::strtoul(word.c_str() + 1, nullptr, 10));
 }
 
-uint32_t constant_bits(const std::string& type, const std::string& word) {
-    if (type == "bool") return word == "true" ? 1 : 0;
-    if (type == "int") return static_cast<uint32_t>(number(word));
-    if (type == "uint") return static_cast<uint32_t>(std::strtoul(word.c_str(), nullptr, 10));
+bool read_type(const std::string& word, ir::Type* out) {
+    constexpr std::string_view kTypes[] = {"bool", "int", "uint", "float"};
+    const auto* const known = std::ranges::find(kTypes, word);
+    *out = static_cast<ir::Type>(known - std::begin(kTypes));
+    return known != std::end(kTypes);
+}
+
+bool read_op(const std::string& word, ir::Op* out) {
+#define OPENFAB_SPELLING(name, spelling, ...) spelling,
+    constexpr std::string_view kOps[] = {OPENFAB_IR_OPS(OPENFAB_SPELLING)};
+#undef OPENFAB_SPELLING
+    const auto* const known = std::ranges::find(kOps, word);
+    *out = static_cast<ir::Op>(known - std::begin(kOps));
+    return known != std::end(kOps);
+}
+
+uint32_t constant_bits(ir::Type type, const std::string& word) {
+    if (type == ir::Type::kBool) return word == "true" ? 1 : 0;
+    if (type == ir::Type::kInt) return static_cast<uint32_t>(number(word));
+    if (type == ir::Type::kUint)
+        return static_cast<uint32_t>(std::strtoul(word.c_str(), nullptr, 10));
     constexpr std::string_view kNan = "nan:";
     if (word.starts_with(kNan))
         return static_cast<uint32_t>(std::strtoul(word.c_str() + kNan.size(), nullptr, 16));
@@ -118,7 +136,7 @@ class Reader {
         u.type_name = words[1];
         u.name = words[2];
         u.kind = words[3];
-        u.type = words[4];
+        if (!read_type(words[4], &u.type)) return false;
         u.components = number(words[5]);
         u.array_length = number(words[7]);
         u.first_index = number(words[9]);
@@ -133,13 +151,12 @@ class Reader {
         if (stage_ == nullptr || words.size() < 4 || value_of(words[0]) != stage_->lines.size())
             return false;
         IrLine made;
-        made.op = words[2];
-        made.type = words[3];
+        if (!read_op(words[2], &made.op) || !read_type(words[3], &made.type)) return false;
         size_t at = 4;
-        if (made.op == "const") {
+        if (made.op == ir::Op::kConst) {
             if (words.size() != 5) return false;
             made.bits = constant_bits(made.type, words[at++]);
-        } else if (made.op == "input") {
+        } else if (made.op == ir::Op::kInput) {
             if (words.size() != 7) return false;
             made.input = words[at++];
         }

@@ -11,13 +11,14 @@
 #include <vector>
 
 #include "base/result.h"
+#include "compiler/ir/ops.h"
 
 namespace openfab::tools {
 
 /// An instruction; its value has its index in the stage. Floats and what is neither are 32 bits.
 struct IrLine {
-    std::string op;                ///< as in compiler/ir/ops.h: `add`, `input`
-    std::string type;              ///< `float`, `int`, `uint`, `bool`
+    ir::Op op = ir::Op::kConst;
+    ir::Type type = ir::Type::kFloat;
     uint32_t bits = 0;             ///< of a constant
     std::string input;             ///< of an input: `uniform`, `shape_point`, …
     std::vector<int32_t> numbers;  ///< of an input or a function: which one
@@ -39,7 +40,8 @@ struct IrStage {
 struct IrUniform {
     std::string name;
     std::string type_name;  ///< with the names of its values, as in abi/fablet_table.h
-    std::string kind, type;
+    std::string kind;
+    ir::Type type = ir::Type::kFloat;
     int32_t components = 1, array_length = 1, first_index = 0;
     std::vector<uint32_t> default_bits;
 };

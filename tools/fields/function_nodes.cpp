@@ -17,55 +17,126 @@ namespace openfab::tools {
 
 namespace {
 
+using ir::Op;
+using ir::Type;
+
 /// Programs that read such files take a text of nodes, which none wants larger.
 constexpr size_t kMostNodes = 50'000;
 /// Numbers of integers are exact as floats up to here.
 constexpr float kMostInteger = 1 << 24;
 
-struct Kind {
-    const char* op;
-    const char* node;
-};
-
-/// Operations of floats that are nodes.
-constexpr Kind kUnary[] = {
-    {"abs", "abs"},     {"sqrt", "sqrt"},   {"floor", "floor"}, {"ceil", "ceil"},
-    {"round", "round"}, {"sin", "sin"},     {"cos", "cos"},     {"tan", "tan"},
-    {"asin", "arcsin"}, {"acos", "arccos"}, {"atan", "arctan"}, {"sinh", "sinh"},
-    {"cosh", "cosh"},   {"tanh", "tanh"},   {"exp", "exp"},     {"log", "log"},
-    {"log2", "log2"},   {"log10", "log10"},
-};
-constexpr Kind kBinary[] = {
-    {"add", "addition"}, {"sub", "subtraction"}, {"mul", "multiplication"},
-    {"div", "division"}, {"mod", "fmod"},        {"min", "min"},
-    {"max", "max"},      {"atan2", "arctan2"},   {"pow", "pow"},
-};
-
-template <size_t N>
-const char* node_of(const Kind (&kinds)[N], const std::string& op) {
-    for (const Kind& one : kinds) {
-        if (op == one.op) return one.node;
+/// The node that does an operation of floats; null where none does.
+const char* node_of(Op op) {
+    switch (op) {
+        case Op::kAdd:
+            return "addition";
+        case Op::kSub:
+            return "subtraction";
+        case Op::kMul:
+            return "multiplication";
+        case Op::kDiv:
+            return "division";
+        case Op::kMod:
+            return "fmod";
+        case Op::kMin:
+            return "min";
+        case Op::kMax:
+            return "max";
+        case Op::kAbs:
+            return "abs";
+        case Op::kSqrt:
+            return "sqrt";
+        case Op::kFloor:
+            return "floor";
+        case Op::kCeil:
+            return "ceil";
+        case Op::kRound:
+            return "round";
+        case Op::kSin:
+            return "sin";
+        case Op::kCos:
+            return "cos";
+        case Op::kTan:
+            return "tan";
+        case Op::kAsin:
+            return "arcsin";
+        case Op::kAcos:
+            return "arccos";
+        case Op::kAtan:
+            return "arctan";
+        case Op::kAtan2:
+            return "arctan2";
+        case Op::kSinh:
+            return "sinh";
+        case Op::kCosh:
+            return "cosh";
+        case Op::kTanh:
+            return "tanh";
+        case Op::kExp:
+            return "exp";
+        case Op::kLog:
+            return "log";
+        case Op::kLog2:
+            return "log2";
+        case Op::kLog10:
+            return "log10";
+        case Op::kPow:
+            return "pow";
+        case Op::kNeg:
+        case Op::kTrunc:
+        case Op::kIsNan:
+        case Op::kExp2:
+        case Op::kCbrt:
+            OPENFAB_IR_CASES(LEAVES)
+            OPENFAB_IR_CASES(BITS)
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(COMPARISONS)
+            OPENFAB_IR_CASES(CHOICES)
+            OPENFAB_IR_CASES(LOOKUPS)
+            OPENFAB_IR_CASES(CONTROL)
+            OPENFAB_IR_CASES(HASHES)
+            OPENFAB_IR_CASES(NOISES)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            return nullptr;
     }
     return nullptr;
 }
 
 /// A condition, which decides between two values and is a number only where it is asked for one.
 bool decides(const IrLine& line) {
-    constexpr std::string_view kOps[] = {"lt", "gt",  "ge",  "le", "eq",
-                                         "ne", "not", "and", "or", "isnan"};
-    return line.type == "bool" && std::ranges::find(kOps, line.op) != std::end(kOps);
+    switch (line.op) {
+        OPENFAB_IR_CASES(LOGIC)
+        OPENFAB_IR_CASES(COMPARISONS)
+        case Op::kIsNan:
+            return true;
+        default:
+            return false;  // a number, or what is refused
+    }
 }
 
 /// What a user calls an operation that no node does.
 std::string called(const IrLine& line) {
-    if (line.op == "noise" || line.op == "simplex" || line.op == "cellular")
+    switch (line.op) {
+        OPENFAB_IR_CASES(NOISES)
         return messages::kUsesNoise;
-    if (line.op == "sample") return messages::kLooksUpTexture;
-    if (line.op.starts_with("loop")) return messages::kVaryingLoop;
-    if (line.op.starts_with("query")) return messages::kAsksNearestPoint;
-    if (line.op == "derivative") return messages::kAsksDerivative;
-    if (line.op == "hash") return messages::kUsesRandomNumbers;
-    return messages::kCalculatesWithBits;
+        OPENFAB_IR_CASES(DERIVATIVES)
+        return messages::kAsksDerivative;
+        OPENFAB_IR_CASES(HASHES)
+        return messages::kUsesRandomNumbers;
+        case Op::kSample:
+        case Op::kSampleBound:
+            return messages::kLooksUpTexture;
+        case Op::kLoop:
+        case Op::kLoopVar:
+        case Op::kLoopEnd:
+        case Op::kLoopResult:
+            return messages::kVaryingLoop;
+        case Op::kQuery:
+        case Op::kQueryResult:
+            return messages::kAsksNearestPoint;
+        default:
+            return messages::kCalculatesWithBits;
+    }
 }
 
 std::string called_input(const std::string& input) {
@@ -74,6 +145,55 @@ std::string called_input(const std::string& input) {
     if (input == "instance") return messages::kDependsOnPlacement;
     if (input == "frame") return messages::kDependsOnVoxels;
     return fmt::format(messages::kReadsThePrints, input);
+}
+
+/// Whether an operation of floats has no value for some numbers.
+bool makes_undefined(Op op) {
+    switch (op) {
+        case Op::kDiv:
+        case Op::kMod:
+        case Op::kSqrt:
+        case Op::kTan:
+        case Op::kAsin:
+        case Op::kAcos:
+        case Op::kLog:
+        case Op::kLog2:
+        case Op::kLog10:
+        case Op::kPow:
+            return true;
+        case Op::kAdd:
+        case Op::kSub:
+        case Op::kMul:
+        case Op::kNeg:
+        case Op::kFloor:
+        case Op::kCeil:
+        case Op::kRound:
+        case Op::kTrunc:
+        case Op::kIsNan:
+        case Op::kSin:
+        case Op::kCos:
+        case Op::kAtan:
+        case Op::kAtan2:
+        case Op::kSinh:
+        case Op::kCosh:
+        case Op::kTanh:
+        case Op::kExp:
+        case Op::kExp2:
+        case Op::kCbrt:
+            OPENFAB_IR_CASES(LEAVES)
+            OPENFAB_IR_CASES(BITS)
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(COMPARISONS)
+            OPENFAB_IR_CASES(CHOICES)
+            OPENFAB_IR_CASES(EXTREMES)
+            OPENFAB_IR_CASES(LOOKUPS)
+            OPENFAB_IR_CASES(CONTROL)
+            OPENFAB_IR_CASES(HASHES)
+            OPENFAB_IR_CASES(NOISES)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            return false;
+    }
+    return false;
 }
 
 NodeValue number(float x) {
@@ -180,9 +300,9 @@ NodeValue FunctionNodes::frame(int32_t index) const {
 }
 
 /// An integer, if a float can say it and its neighbours.
-NodeValue FunctionNodes::whole(const std::string& type, uint32_t bits) {
-    const double exact =
-        type == "int" ? static_cast<double>(static_cast<int32_t>(bits)) : static_cast<double>(bits);
+NodeValue FunctionNodes::whole(Type type, uint32_t bits) {
+    const double exact = type == Type::kInt ? static_cast<double>(static_cast<int32_t>(bits))
+                                            : static_cast<double>(bits);
     if (std::fabs(exact) > static_cast<double>(kMostInteger)) fail(messages::kCalculatesWithBits);
     return number(static_cast<float>(exact));
 }
@@ -190,19 +310,32 @@ NodeValue FunctionNodes::whole(const std::string& type, uint32_t bits) {
 /// Whether a line's value cannot be negative, whatever the point.
 bool FunctionNodes::never_negative(uint32_t index) {
     const IrLine& line = stage_->lines[index];
-    constexpr std::string_view kOps[] = {"abs", "sqrt", "exp", "exp2", "cosh"};
-    constexpr std::string_view kKeeps[] = {"floor", "ceil", "round", "trunc", "convert"};
-    if (line.type == "uint" || line.type == "bool") return true;
-    if (std::ranges::find(kOps, line.op) != std::end(kOps)) return true;
-    if (line.op == "const" || line.op == "input") {
-        const NodeValue& known = values_[index];
-        return known.is_number && known.number >= 0;
+    if (line.type == Type::kUint || line.type == Type::kBool) return true;
+    const auto never = [&](uint32_t a) { return never_negative(a); };
+    switch (line.op) {
+        case Op::kAbs:
+        case Op::kSqrt:
+        case Op::kExp:
+        case Op::kExp2:
+        case Op::kCosh:
+            return true;
+        case Op::kConst:
+        case Op::kInput:
+            return values_[index].is_number && values_[index].number >= 0;
+        case Op::kMax:
+            return std::ranges::any_of(line.args, never);
+        case Op::kMin:
+        case Op::kAdd:
+        case Op::kMul:
+        case Op::kFloor:
+        case Op::kCeil:
+        case Op::kRound:
+        case Op::kTrunc:
+        case Op::kConvert:
+            return std::ranges::all_of(line.args, never);
+        default:
+            return false;
     }
-    if (line.op == "max") return never_negative(line.args[0]) || never_negative(line.args[1]);
-    if (std::ranges::find(kKeeps, line.op) != std::end(kKeeps) || line.op == "min" ||
-        line.op == "add" || line.op == "mul")
-        return std::ranges::all_of(line.args, [&](uint32_t a) { return never_negative(a); });
-    return false;
 }
 
 NodeValue FunctionNodes::input(const IrLine& line) {
@@ -210,7 +343,7 @@ NodeValue FunctionNodes::input(const IrLine& line) {
     const std::string& of = line.input;
     if (of == "uniform" && which >= 0 && static_cast<size_t>(which) < uniforms_.size()) {
         const uint32_t bits = uniforms_[static_cast<size_t>(which)];
-        if (line.type == "float") return number(std::bit_cast<float>(bits));
+        if (line.type == Type::kFloat) return number(std::bit_cast<float>(bits));
         return whole(line.type, bits);
     }
     if (of == "shape_point") return coordinate(which, false);
@@ -228,11 +361,8 @@ NodeValue FunctionNodes::value(uint32_t index) {
 /// Whether a line's value may be undefined: a node compares with `<` alone, which is then false.
 bool FunctionNodes::may_be_undefined(uint32_t index) {
     if (undefined_.empty()) {
-        constexpr std::string_view kOps[] = {"sqrt", "log", "log2", "log10", "asin",
-                                             "acos", "pow", "div",  "mod",   "tan"};
         for (const IrLine& one : stage_->lines) {
-            const bool own =
-                one.type == "float" && std::ranges::find(kOps, one.op) != std::end(kOps);
+            const bool own = one.type == Type::kFloat && makes_undefined(one.op);
             undefined_.push_back(own || std::ranges::any_of(one.args, [&](uint32_t a) {
                                      return a < undefined_.size() && undefined_[a];
                                  }));
@@ -251,26 +381,27 @@ NodeValue FunctionNodes::if_equal(const IrLine& c, const NodeValue& same, const 
 NodeValue FunctionNodes::choose(uint32_t condition, const NodeValue& yes, const NodeValue& no) {
     const IrLine& c = stage_->lines[condition];
     const auto arg = [&](size_t i) { return value(c.args[i]); };
-    if (c.op == "lt") return select(arg(0), arg(1), yes, no);
-    if (c.op == "gt") return select(arg(1), arg(0), yes, no);
-    const bool or_equal = c.op == "ge" || c.op == "le";
+    if (c.op == Op::kLt) return select(arg(0), arg(1), yes, no);
+    if (c.op == Op::kGt) return select(arg(1), arg(0), yes, no);
+    const bool or_equal = c.op == Op::kGe || c.op == Op::kLe;
     if (or_equal && (may_be_undefined(c.args[0]) || may_be_undefined(c.args[1]))) {
-        const NodeValue less = arg(c.op == "ge" ? 0 : 1), more = arg(c.op == "ge" ? 1 : 0);
+        const NodeValue less = arg(c.op == Op::kGe ? 0 : 1), more = arg(c.op == Op::kGe ? 1 : 0);
         return select(more, less, yes, select(less, more, no, if_equal(c, yes, no)));
     }
-    if (c.op == "ge") return select(arg(0), arg(1), no, yes);
-    if (c.op == "le") return select(arg(1), arg(0), no, yes);
-    if (c.op == "eq" || c.op == "ne") {
-        const NodeValue& same = c.op == "eq" ? yes : no;
-        const NodeValue& other = c.op == "eq" ? no : yes;
+    if (c.op == Op::kGe) return select(arg(0), arg(1), no, yes);
+    if (c.op == Op::kLe) return select(arg(1), arg(0), no, yes);
+    if (c.op == Op::kEq || c.op == Op::kNe) {
+        const NodeValue& same = c.op == Op::kEq ? yes : no;
+        const NodeValue& other = c.op == Op::kEq ? no : yes;
         return select(arg(0), arg(1), other,
                       select(arg(1), arg(0), other, if_equal(c, same, other)));
     }
-    if (c.op == "not") return choose(c.args[0], no, yes);
-    if (c.op == "and") return choose(c.args[0], choose(c.args[1], yes, no), no);
-    if (c.op == "or") return choose(c.args[0], yes, choose(c.args[1], yes, no));
+    if (c.op == Op::kNot) return choose(c.args[0], no, yes);
+    if (c.op == Op::kAnd) return choose(c.args[0], choose(c.args[1], yes, no), no);
+    if (c.op == Op::kOr) return choose(c.args[0], yes, choose(c.args[1], yes, no));
     // Not a number is neither less than one nor more than none.
-    if (c.op == "isnan") return select(arg(0), number(1), no, select(number(0), arg(0), no, yes));
+    if (c.op == Op::kIsNan)
+        return select(arg(0), number(1), no, select(number(0), arg(0), no, yes));
     return select(number(0.5F), value(condition), yes, no);
 }
 
@@ -285,53 +416,54 @@ NodeValue FunctionNodes::pick(const IrLine& line) {
 
 NodeValue FunctionNodes::line(const IrLine& line) {
     const auto arg = [&](size_t i) { return value(line.args[i]); };
-    const bool is_float = line.type == "float";
-    if (line.op == "const") {
+    const bool is_float = line.type == Type::kFloat;
+    if (line.op == Op::kConst) {
         return is_float ? number(std::bit_cast<float>(line.bits)) : whole(line.type, line.bits);
     }
-    if (line.op == "input") return input(line);
-    if (line.op == "select") return choose(line.args[0], arg(1), arg(2));
-    if (line.op == "pick") return pick(line);
-    if (line.op == "convert") {
-        const std::string& from = stage_->lines[line.args[0]].type;
-        if (line.type == "bool") return choose(line.args[0], number(1), number(0));
+    if (line.op == Op::kInput) return input(line);
+    if (line.op == Op::kSelect) return choose(line.args[0], arg(1), arg(2));
+    if (line.op == Op::kPick) return pick(line);
+    if (line.op == Op::kConvert) {
+        const Type from = stage_->lines[line.args[0]].type;
+        if (line.type == Type::kBool) return choose(line.args[0], number(1), number(0));
         // A negative number becomes one near 2^32.
-        if (line.type == "uint" && !never_negative(line.args[0]))
+        if (line.type == Type::kUint && !never_negative(line.args[0]))
             fail(messages::kCalculatesWithBits);
-        if (is_float || from != "float") return arg(0);
+        if (is_float || from != Type::kFloat) return arg(0);
         return select(arg(0), number(0), unary("ceil", arg(0)), unary("floor", arg(0)));
     }
-    if (line.type == "bool") {
+    if (line.type == Type::kBool) {
         fail(called(line));
         return {};
     }
-    if (line.op == "trunc")
+    if (line.op == Op::kTrunc)
         return select(arg(0), number(0), unary("ceil", arg(0)), unary("floor", arg(0)));
-    if (line.op == "neg" && line.type != "uint")
+    if (line.op == Op::kNeg && line.type != Type::kUint)
         return binary("multiplication", arg(0), number(-1));
-    if (line.op == "exp2") return binary("pow", number(2), arg(0));
-    if (line.op == "cbrt")
+    if (line.op == Op::kExp2) return binary("pow", number(2), arg(0));
+    if (line.op == Op::kCbrt)
         return binary("multiplication", unary("sign", arg(0)),
                       binary("pow", unary("abs", arg(0)), number(1.0F / 3.0F)));
-    if (const char* kind = node_of(kBinary, line.op)) {
+    const char* const kind = node_of(line.op);
+    if (kind != nullptr && line.args.size() == 2) {
         // Quotients of integers are cut, and unsigned ones wrap at 0.
-        const bool exact =
-            is_float || line.op == "min" || line.op == "max" ||
-            (line.type == "int" && (line.op == "add" || line.op == "sub" || line.op == "mul"));
+        const bool exact = is_float || line.op == Op::kMin || line.op == Op::kMax ||
+                           (line.type == Type::kInt &&
+                            (line.op == Op::kAdd || line.op == Op::kSub || line.op == Op::kMul));
         for (size_t i = 0; !is_float && i < line.args.size(); ++i) {
             // A factor of a hash, whose products wrap.
             if (arg(i).is_number && std::fabs(arg(i).number) > kMostInteger)
                 fail(messages::kCalculatesWithBits);
         }
-        if (is_float && (line.op == "min" || line.op == "max") && may_be_undefined(line.args[0])) {
+        if (is_float && (line.op == Op::kMin || line.op == Op::kMax) &&
+            may_be_undefined(line.args[0])) {
             // The second one where the first is undefined; a node has no value there.
-            const bool less = line.op == "min";
+            const bool less = line.op == Op::kMin;
             return select(arg(less ? 0 : 1), arg(less ? 1 : 0), arg(0), arg(1));
         }
         if (exact) return binary(kind, arg(0), arg(1));
     }
-    if (const char* kind = node_of(kUnary, line.op);
-        kind != nullptr && (is_float || line.op == "abs"))
+    if (kind != nullptr && line.args.size() == 1 && (is_float || line.op == Op::kAbs))
         return unary(kind, arg(0));
     fail(called(line));
     return {};

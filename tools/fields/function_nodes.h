@@ -65,7 +65,7 @@ class FunctionNodes {
     NodeValue line(const IrLine& line);
     NodeValue choose(uint32_t condition, const NodeValue& yes, const NodeValue& no);
     NodeValue pick(const IrLine& line);
-    NodeValue whole(const std::string& type, uint32_t bits);
+    NodeValue whole(ir::Type type, uint32_t bits);
     NodeValue if_equal(const IrLine& condition, const NodeValue& same, const NodeValue& other);
     bool may_be_undefined(uint32_t index);
     bool never_negative(uint32_t index);

@@ -28,11 +28,18 @@ static_assert(OPENFAB_UNIFORM_VALUE == 0 && OPENFAB_UNIFORM_TEXTURE2D == 1 &&
               OPENFAB_UNIFORM_MATERIAL == 2 && OPENFAB_UNIFORM_TEXTURE3D == 3 &&
               OPENFAB_UNIFORM_OBJECT == 4 && OPENFAB_UNIFORM_CURVE == 5);
 
-openfab_scalar_type scalar_of(const std::string& type) {
-    return type == "bool"   ? OPENFAB_BOOL
-           : type == "int"  ? OPENFAB_INT
-           : type == "uint" ? OPENFAB_UINT
-                            : OPENFAB_FLOAT;
+openfab_scalar_type scalar_of(ir::Type type) {
+    switch (type) {
+        case ir::Type::kBool:
+            return OPENFAB_BOOL;
+        case ir::Type::kInt:
+            return OPENFAB_INT;
+        case ir::Type::kUint:
+            return OPENFAB_UINT;
+        case ir::Type::kFloat:
+            break;
+    }
+    return OPENFAB_FLOAT;
 }
 
 }  // namespace

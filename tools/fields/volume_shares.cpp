@@ -25,7 +25,7 @@ class Ways {
         for (const uint32_t amount : amounts_) {
             const uint32_t end = followed(amount);
             const IrLine& line = stage_.lines[end];
-            if (line.op == "select") {
+            if (line.op == ir::Op::kSelect) {
                 open = line.args[0];
                 is_open = true;
             } else if (!is_zero(line)) {
@@ -50,7 +50,7 @@ class Ways {
             open.pop_back();
             if (!seen.insert(value).second) continue;
             const IrLine& line = stage_.lines[value];
-            if (line.op == "select") {
+            if (line.op == ir::Op::kSelect) {
                 open.insert(open.end(), {line.args[1], line.args[2]});
             } else if (!is_zero(line)) {
                 return false;
@@ -61,12 +61,12 @@ class Ways {
 
   private:
     static bool is_zero(const IrLine& line) {
-        return line.op == "const" && !(std::bit_cast<float>(line.bits) > 0);
+        return line.op == ir::Op::kConst && !(std::bit_cast<float>(line.bits) > 0);
     }
 
     /// What a value is behind the conditions that are decided.
     uint32_t followed(uint32_t value) const {
-        while (stage_.lines[value].op == "select") {
+        while (stage_.lines[value].op == ir::Op::kSelect) {
             const auto known = decided_.find(stage_.lines[value].args[0]);
             if (known == decided_.end()) break;
             value = stage_.lines[value].args[known->second ? 1 : 2];
