@@ -15,9 +15,9 @@ namespace openfab::text {
 /// An outline, counter-clockwise, and those of its holes, clockwise. None touches another.
 using Area = std::vector<mesh::Outline>;
 
-/// Returns the areas that the glyphs cover together, in order of their first glyphs. Places are rounded to
-/// `finest` (coarser in an area wider than 2^30 of it), slits and splinters thinner than `least` are
-/// closed, and where two areas touch at a corner they are parted by less than that.
+/// Returns the areas that the glyphs cover together, in order of their first glyphs. Places are rounded
+/// to `finest`, slits thinner than a quarter of `least` are closed, splinters thinner than `least` are
+/// left out, and areas that touch at a corner are parted by less than that.
 std::vector<Area> unite(const std::vector<Glyph>& glyphs, double finest, double least);
 
 }  // namespace openfab::text

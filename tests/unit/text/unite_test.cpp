@@ -128,7 +128,7 @@ TEST(Unite, AnyOutlinesBecomeAreas) {
         // On a coarse lattice much lies in line, at one place and on sides.
         const double step = seed % 3 == 0 ? 1.0 : seed % 3 == 1 ? 0.25 : 1e-6;
         std::uniform_real_distribution<double> place(0, 10);
-        std::uniform_int_distribution<int> count(3, seed % 5 == 0 ? 40 : 9);
+        std::uniform_int_distribution<int> count(3, seed % 5 == 0 ? 32 : 9);
         std::vector<Glyph> glyphs(1 + seed % 4);
         for (Glyph& glyph : glyphs) {
             for (unsigned o = 0; o <= seed % 2; ++o) {
