@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <iterator>
 #include <optional>
 
 #include "base/text.h"
@@ -132,30 +131,6 @@ HeadRead read_header(std::string_view line, RequestHead* head) {
     return {};
 }
 
-struct Reason {
-    int status;
-    const char* text;
-};
-constexpr Reason kReasons[] = {
-    {200, "OK"},
-    {204, "No Content"},
-    {400, "Bad Request"},
-    {403, "Forbidden"},
-    {404, "Not Found"},
-    {405, "Method Not Allowed"},
-    {408, "Request Timeout"},
-    {409, "Conflict"},
-    {413, "Content Too Large"},
-    {414, "URI Too Long"},
-    {417, "Expectation Failed"},
-    {421, "Misdirected Request"},
-    {422, "Unprocessable Content"},
-    {431, "Request Header Fields Too Large"},
-    {500, "Internal Server Error"},
-    {501, "Not Implemented"},
-    {505, "HTTP Version Not Supported"},
-};
-
 }  // namespace
 
 std::string_view RequestHead::header(std::string_view name) const {
@@ -189,10 +164,8 @@ HeadRead read_head(std::string_view bytes) {
 
 std::string answer_head(int status, size_t body_bytes, bool keeps_alive,
                         const std::vector<std::pair<std::string, std::string>>& headers) {
-    const auto* reason = std::find_if(std::begin(kReasons), std::end(kReasons),
-                                      [&](const Reason& one) { return one.status == status; });
-    std::string made = fmt::format("HTTP/1.1 {} {}\r\n", status,
-                                   reason == std::end(kReasons) ? "Answer" : reason->text);
+    // Without a reason, which nobody reads: the body has ours (RFC 9112, section 4).
+    std::string made = fmt::format("HTTP/1.1 {} \r\n", status);
     for (const auto& [name, value] : headers)
         made += fmt::format("{}: {}\r\n", name, value);
     if (status != 204) made += fmt::format("Content-Length: {}\r\n", body_bytes);

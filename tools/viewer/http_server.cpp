@@ -4,6 +4,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <sys/random.h>
 #include <sys/resource.h>
@@ -105,29 +106,21 @@ Reply refuse(int status, const std::string& why) {
 }
 
 /// A socket that listens at an address and port, 0: any; -1 where there is none, with errno.
-int listen_at(const std::string& address, bool v6, int port) {
-    sockaddr_storage place{};
-    socklen_t size = 0;
-    if (v6) {
-        auto& in = reinterpret_cast<sockaddr_in6&>(place);
-        in.sin6_family = AF_INET6;
-        in.sin6_port = htons(static_cast<uint16_t>(port));
-        ::inet_pton(AF_INET6, address.c_str(), &in.sin6_addr);
-        size = sizeof in;
-    } else {
-        auto& in = reinterpret_cast<sockaddr_in&>(place);
-        in.sin_family = AF_INET;
-        in.sin_port = htons(static_cast<uint16_t>(port));
-        ::inet_pton(AF_INET, address.c_str(), &in.sin_addr);
-        size = sizeof in;
+int listen_at(const std::string& address, int port) {
+    addrinfo hints{}, *place = nullptr;
+    hints.ai_flags = AI_NUMERICHOST;
+    hints.ai_socktype = SOCK_STREAM;
+    if (::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &place) != 0) {
+        errno = EINVAL;
+        return -1;
     }
-    const int listening =
-        ::socket(v6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owned(place, ::freeaddrinfo);
+    const int listening = ::socket(place->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (listening < 0) return -1;
     // Not SO_REUSEPORT: two servers at one port would share requests.
     const int yes = 1;
     ::setsockopt(listening, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    if (::bind(listening, reinterpret_cast<const sockaddr*>(&place), size) == 0 &&
+    if (::bind(listening, place->ai_addr, place->ai_addrlen) == 0 &&
         ::listen(listening, SOMAXCONN) == 0)
         return listening;
     const int why = errno;
@@ -220,7 +213,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::listen(const ServerOptions& opti
     }
     Result<std::string> token = make_token();
     if (!token) return token.error();
-    const int listening = listen_at(options.address, v6, options.port);
+    const int listening = listen_at(options.address, options.port);
     if (listening < 0) {
         const std::string why = errno == EADDRINUSE ? messages::kIsItTaken : std::strerror(errno);
         const std::string port = options.port == 0 ? "" : fmt::format(", port {}", options.port);
