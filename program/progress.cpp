@@ -3,8 +3,6 @@
 #include "program/progress.h"
 
 #include <fmt/format.h>
-#include <rapidjson/stringbuffer.h>
-#include <rapidjson/writer.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -51,10 +49,7 @@ void put(std::FILE* stream, const std::string& text) {
 }
 
 std::string json_event(const char* event, const char* key, const std::string& text) {
-    rapidjson::StringBuffer quoted;
-    rapidjson::Writer<rapidjson::StringBuffer> writer(quoted);
-    writer.String(text.c_str(), static_cast<rapidjson::SizeType>(text.size()));
-    return fmt::format("{{\"event\": \"{}\", \"{}\": {}}}\n", event, key, quoted.GetString());
+    return fmt::format("{{\"event\": \"{}\", \"{}\": {}}}\n", event, key, json_string(text));
 }
 
 constexpr const char* kClearLine = "\r\x1b[K";

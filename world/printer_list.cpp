@@ -4,18 +4,15 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <rapidjson/prettywriter.h>
-#include <rapidjson/stringbuffer.h>
 
 #include <algorithm>
 
+#include "base/json_text.h"
 #include "base/text.h"
 
 namespace openfab::world {
 
 namespace {
-
-using Json = rapidjson::PrettyWriter<rapidjson::StringBuffer>;
 
 std::string length(double value) {
     return value > 0 ? fmt::format("{:.4g}", value) : "?";
@@ -49,92 +46,57 @@ const char* word_of(Seen seen) {
     return "";
 }
 
-void key(Json& json, const char* name) {
-    json.Key(name);
+void put(JsonText* json, const std::string& text) {
+    json->value(text);
 }
 
-void put(Json& json, const std::string& text) {
-    const std::string valid = valid_utf8(text);
-    json.String(valid.c_str(), static_cast<rapidjson::SizeType>(valid.size()));
-}
-
-void put(Json& json, double number) {
+/// What is not known is 0.
+void put(JsonText* json, double number) {
     if (number > 0) {
-        json.Double(number);
+        json->value(number);
     } else {
-        json.Null();
+        json->null();
     }
 }
 
 template <typename Items>
-void put_list(Json& json, const char* name, const Items& items) {
-    key(json, name);
-    json.StartArray();
+void put_list(JsonText* json, const char* name, const Items& items) {
+    json->key(name).begin_array();
     for (const auto& item : items)
         put(json, item);
-    json.EndArray();
+    json->end_array();
 }
 
-void put_printer(Json& json, const Printer& printer) {
-    json.StartObject();
-    for (const auto& [name, text] :
-         {std::pair<const char*, const std::string&>{"name", printer.name},
-          {"maker", printer.maker},
-          {"model", printer.model}}) {
-        key(json, name);
-        put(json, text);
-    }
-    put_list(json, "pitch_mm",
-             std::array{printer.pitch_mm.x, printer.pitch_mm.y, printer.pitch_mm.z});
+void put_printer(JsonText* json, const Printer& printer) {
+    json->begin_object().member("name", printer.name).member("maker", printer.maker);
+    json->member("model", printer.model);
+    const Vec3d &pitch = printer.pitch_mm, &room = printer.build_volume_mm;
+    put_list(json, "pitch_mm", std::array{pitch.x, pitch.y, pitch.z});
     put_list(json, "layers_um", printer.layers_um);
-    const Vec3d& room = printer.build_volume_mm;
     put_list(json, "build_volume_mm", std::array{room.x, room.y, room.z});
-    key(json, "max_materials");
-    json.Int(printer.max_materials);
-    key(json, "native_format");
-    put(json, printer.native_format);
+    json->member("max_materials", printer.max_materials);
+    json->member("native_format", printer.native_format);
     put_list(json, "formats", formats_of(printer));
-    key(json, "mesh_colors");
-    json.Bool(printer.mesh_colors);
-    key(json, "makes_support");
-    json.Bool(printer.makes_support);
-    key(json, "layer_time_s");
-    put(json, printer.layer_time_s);
-    key(json, "inks");
-    json.StartArray();
+    json->member("mesh_colors", printer.mesh_colors);
+    json->member("makes_support", printer.makes_support);
+    put(&json->key("layer_time_s"), printer.layer_time_s);
+    json->key("inks").begin_array();
     for (const Ink& ink : printer.inks) {
-        json.StartObject();
-        key(json, "name");
-        put(json, ink.name);
-        key(json, "density_g_cm3");
-        put(json, ink.density_g_cm3);
-        json.EndObject();
+        json->begin_object().member("name", ink.name);
+        put(&json->key("density_g_cm3"), ink.density_g_cm3);
+        json->end_object();
     }
-    json.EndArray();
-    key(json, "handoff");
-    put(json, printer.handoff);
-    key(json, "sources");
-    json.StartArray();
+    json->end_array().member("handoff", printer.handoff).key("sources").begin_array();
     for (const PrinterSource& source : printer.sources) {
-        json.StartObject();
-        key(json, "document");
-        put(json, source.document);
-        key(json, "url");
-        put(json, source.url);
-        key(json, "seen");
-        put(json, std::string(word_of(source.seen)));
+        json->begin_object().member("document", source.document).member("url", source.url);
+        json->member("seen", word_of(source.seen));
         put_list(json, "gives", source.gives);
-        json.EndObject();
+        json->end_object();
     }
-    json.EndArray();
-    key(json, "unknown");
-    json.StartObject();
-    for (const auto& [figure, why] : printer.unknown) {
-        put(json, figure);  // a string in the place of a key is one
-        put(json, why);
-    }
-    json.EndObject();
-    json.EndObject();
+    json->end_array().key("unknown").begin_object();
+    for (const auto& [figure, why] : printer.unknown)
+        json->member(figure, why);
+    json->end_object().end_object();
 }
 
 }  // namespace
@@ -205,15 +167,11 @@ std::string printer_sheet(const Printer& printer) {
 }
 
 std::string printers_json(const std::vector<Printer>& printers) {
-    rapidjson::StringBuffer buffer;
-    Json json(buffer);
-    json.SetIndent(' ', 2);
-    json.SetFormatOptions(rapidjson::kFormatSingleLineArray);
-    json.StartArray();
+    JsonText json(JsonText::Layout::kIndentedLists);
+    json.begin_array();
     for (const Printer& printer : printers)
-        put_printer(json, printer);
-    json.EndArray();
-    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+        put_printer(&json, printer);
+    return json.end_array().take() + "\n";
 }
 
 }  // namespace openfab::world

@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "base/caret.h"
-#include "compiler/diag/json.h"
+#include "base/json_text.h"
 
 namespace openfab::diag {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/diag/json.h"
+#include "base/json_text.h"
 #include "compiler/ir/choices.h"
 #include "compiler/ir/grows.h"
 #include "compiler/ir/text.h"
@@ -18,8 +18,6 @@
 namespace openfab::driver {
 
 namespace {
-
-using diag::json_string;
 
 std::string json_value(ir::Type type, uint32_t bits) {
     std::string text = ir::constant_text(type, bits);

@@ -5,18 +5,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
-#include <memory>
-#include <nlohmann/json.hpp>
+#include <charconv>
 #include <numeric>
 #include <optional>
 #include <unordered_map>
 
-#include "base/check.h"
 #include "base/input_file.h"
 #include "base/messages.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
+#include "base/text.h"
 
 namespace openfab {
 namespace {
@@ -25,35 +23,6 @@ using Kind = JsonValue::Kind;
 
 constexpr size_t kDeepest = 32;
 constexpr size_t kMostValues = 1'000'000;
-
-/// The parser's input stream: the text and the position, which the parser does not pass to
-/// handlers.
-class TextIterator {
-  public:
-    using iterator_category = std::input_iterator_tag;
-    using value_type = char;
-    using difference_type = std::ptrdiff_t;
-    using pointer = const char*;
-    using reference = const char&;
-
-    TextIterator(const char* at, const char** furthest) : at_(at), furthest_(furthest) {}
-    reference operator*() const { return *at_; }
-    TextIterator& operator++() {
-        *furthest_ = ++at_;
-        return *this;
-    }
-    TextIterator operator++(int) {
-        TextIterator before = *this;
-        ++*this;
-        return before;
-    }
-    bool operator==(const TextIterator& other) const { return at_ == other.at_; }
-    bool operator!=(const TextIterator& other) const { return at_ != other.at_; }
-
-  private:
-    const char* at_;
-    const char** furthest_;
-};
 
 /// Converts ascending byte offsets to lines and columns.
 class Positions {
@@ -79,55 +48,32 @@ class Positions {
     int32_t column_ = 1;
 };
 
-/// The parser's event handler; its own conversion of numbers is not used.
-class TreeBuilder {
+void append_utf8(uint32_t code, std::string* into) {
+    const int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+    const uint32_t lead = more == 0 ? 0 : (0xFF00u >> (more + 1)) & 0xFF;
+    *into += static_cast<char>(lead | code >> 6 * more);
+    for (int i = more - 1; i >= 0; --i)
+        *into += static_cast<char>(0x80 | (code >> 6 * i & 0x3F));
+}
+
+/// Reads a tree by recursive descent.
+class TreeReader {
   public:
-    TreeBuilder(std::string_view text, const char** furthest, const std::string& name,
-                int64_t memory_bytes)
+    TreeReader(std::string_view text, const std::string& name, int64_t memory_bytes)
         : text_(text),
-          furthest_(furthest),
           name_(name),
           positions_(text),
           memory_left_(memory_bytes - static_cast<int64_t>(text.size())) {}
 
-    // NOLINTBEGIN(readability-identifier-naming): the parser's names.
-    bool null() { return add(Kind::kNull) != nullptr; }
-    bool boolean(bool value) {
-        JsonValue* v = add(Kind::kBool);
-        if (v != nullptr) v->boolean = value;
-        return v != nullptr;
-    }
-    bool number_integer(int64_t) { return number(); }
-    bool number_unsigned(uint64_t) { return number(); }
-    bool number_float(double, const std::string&) { return number(); }
-    bool string(std::string& value) {
-        JsonValue* v = add(Kind::kString, value.size());
-        if (v != nullptr) v->text = std::move(value);
-        return v != nullptr;
-    }
-    bool binary(nlohmann::json::binary_t&) { return false; }
-    bool start_object(size_t) { return start(Kind::kObject); }
-    bool start_array(size_t) { return start(Kind::kArray); }
-    bool key(std::string& text) {
-        JsonMember member;
-        member.key = std::move(text);
-        token(&member.line, &member.column);
-        if (const JsonMember* first = same_key(member.key)) {
-            return fail(member.line, member.column,
-                        fmt::format(messages::kDuplicateKey, member.key),
-                        fmt::format(messages::kDuplicateKeyHelp, first->line));
+    Result<JsonValue> read() {
+        JsonValue root;
+        if (read_value(&root)) {
+            skip_blanks();
+            if (at_ < text_.size()) refuse(messages::kExpectedFileEnd);
         }
-        memory_left_ -= static_cast<int64_t>(member.key.size());
-        open_.back()->members.push_back(std::move(member));
-        return true;
+        if (error_) return *error_;
+        return root;
     }
-    bool end_object() { return end(); }
-    bool end_array() { return end(); }
-    bool parse_error(size_t read, const std::string& last, const nlohmann::json::exception& why);
-    // NOLINTEND(readability-identifier-naming)
-
-    JsonValue& root() { return root_; }
-    const std::optional<Error>& error() const { return error_; }
 
   private:
     static constexpr std::string_view kBlanks = " \t\r\n";
@@ -135,95 +81,204 @@ class TreeBuilder {
     /// Objects of up to so many keys are searched linearly for duplicates, larger ones by hash.
     static constexpr size_t kFewKeys = 16;
 
-    /// Returns the start of the token that was just read, skipping separators after the previous
-    /// one, and advances past it.
-    size_t token(int32_t* line, int32_t* column) {
-        const size_t start =
-            std::min(text_.find_first_not_of(" \t\r\n,:]}", last_end_), text_.size());
-        last_end_ = std::max(static_cast<size_t>(*furthest_ - text_.data()), start);
-        positions_.find(start, line, column);
-        return start;
+    void skip_blanks() { at_ = std::min(text_.find_first_not_of(kBlanks, at_), text_.size()); }
+    /// Takes a mark after blanks, if it is there.
+    bool take(char mark) {
+        skip_blanks();
+        if (at_ == text_.size() || text_[at_] != mark) return false;
+        ++at_;
+        return true;
     }
-    bool fail(int32_t line, int32_t column, const std::string& what, const std::string& help = {}) {
-        if (!error_) error_ = error_at({name_, line, column}, what, help);
+    bool fail(int32_t line, int32_t column, const std::string& what, const std::string& help) {
+        error_ = error_at({name_, line, column}, what, help);
         return false;
     }
-    bool fail_at(size_t offset, const std::string& what, const std::string& help = {}) {
+    bool fail(size_t offset, const std::string& what, const std::string& help) {
         int32_t line = 0;
         int32_t column = 0;
-        // From the start: the location may be before the last token.
+        // From the start: the place may be before the last value.
         Positions(text_).find(offset, &line, &column);
         return fail(line, column, what, help);
     }
-    /// Adds a value, with text_bytes of text, located at the token that was just read.
-    JsonValue* add(Kind kind, size_t text_bytes = 0, std::string_view* read = nullptr) {
-        JsonValue fresh;
-        fresh.kind = kind;
-        const size_t start = token(&fresh.line, &fresh.column);
-        if (read != nullptr) {
-            // The parser reads one byte past a number to find its end.
-            const size_t end = std::min(text_.find_first_not_of(kInNumber, start), text_.size());
-            *read = text_.substr(start, end - start);
-            last_end_ = end;
+    /// Says what stands here, which is not what was expected.
+    bool refuse(const std::string& expected) {
+        const std::string_view rest = text_.substr(at_);
+        const size_t before = text_.substr(0, at_).find_last_not_of(kBlanks);
+        if ((rest.starts_with('}') || rest.starts_with(']')) && before != std::string_view::npos &&
+            text_[before] == ',')
+            return fail(before, messages::kNotJson, fmt::format(messages::kCommaAtEnd, rest[0]));
+        if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with('#'))
+            return fail(at_, messages::kNotJsonComments, messages::kNotJsonCommentsHelp);
+        if (rest.starts_with('\'')) return fail(at_, messages::kNotJson, messages::kDoubleQuotes);
+        if (rest.empty())
+            return fail(at_, messages::kNotJson, fmt::format(messages::kFileEndsBefore, expected));
+        const size_t word = std::min(rest.find_first_of(" \t\r\n,:[]{}\""), rest.size());
+        return fail(at_, messages::kNotJson,
+                    fmt::format(messages::kOtherExpected,
+                                rest.substr(0, std::clamp<size_t>(word, 1, 40)), expected));
+    }
+
+    bool read_value(JsonValue* value) {
+        skip_blanks();
+        const std::string_view rest = text_.substr(at_);
+        const char first = rest.empty() ? '\0' : rest[0];
+        if (first == '{' || first == '[') return read_items(value, first);
+        if (first == '"') {
+            return begin(value, Kind::kString) && read_string(&value->text) &&
+                   take_memory(*value, value->text.size());
         }
+        if (first == '-' || (first >= '0' && first <= '9'))
+            return begin(value, Kind::kNumber) && read_number(value);
+        for (const std::string_view word : {"null", "true", "false"}) {
+            if (!rest.starts_with(word)) continue;
+            if (!begin(value, word[0] == 'n' ? Kind::kNull : Kind::kBool)) return false;
+            value->boolean = word[0] == 't';
+            at_ += word.size();
+            return true;
+        }
+        return refuse(messages::kExpectedValue);
+    }
+
+    /// Counts a value that begins here.
+    bool begin(JsonValue* value, Kind kind) {
+        value->kind = kind;
+        positions_.find(at_, &value->line, &value->column);
         if (++values_ > kMostValues) {
-            fail(fresh.line, fresh.column, fmt::format(messages::kTooManyValues, kMostValues));
-            return nullptr;
+            return fail(value->line, value->column,
+                        fmt::format(messages::kTooManyValues, kMostValues), {});
         }
         // Vectors double their capacity, and old and new coexist while they grow.
-        memory_left_ -= static_cast<int64_t>(text_bytes + 3 * sizeof(JsonMember));
-        if (memory_left_ < 0) {
-            fail(fresh.line, fresh.column, fmt::format(messages::kValuesTakeTooMuch, values_),
-                 messages::kAllowMoreMemory);
-            return nullptr;
-        }
-        if (open_.empty()) {
-            root_ = std::move(fresh);
-            return &root_;
-        }
-        JsonValue& parent = *open_.back();
-        OPENFAB_CHECK(parent.is(Kind::kArray) || !parent.members.empty());
-        if (parent.is(Kind::kArray)) {
-            parent.items.push_back(std::move(fresh));
-            return &parent.items.back();
-        }
-        parent.members.back().value = std::move(fresh);
-        return &parent.members.back().value;
+        return take_memory(*value, 3 * sizeof(JsonMember));
     }
-    bool number() {
-        std::string_view read;
-        JsonValue* v = add(Kind::kNumber, 0, &read);
-        if (v == nullptr) return false;
-        const std::string_view digits = read.substr(read.starts_with('-') ? 1 : 0);
-        if (digits.size() > 1 && digits[0] == '0' && digits[1] >= '0' && digits[1] <= '9')
-            return fail(v->line, v->column, messages::kNotJson, messages::kLeadingZero);
-        const Decimal kind = read_decimal(read, &v->number);
-        if (kind == Decimal::kFine) return true;
-        if (kind == Decimal::kTooLarge)
-            return fail(v->line, v->column, too_large(read), messages::kLargestNumber);
-        return fail(v->line, v->column, messages::kNotJson,
-                    fmt::format(messages::kNotANumber, read.substr(0, 40)));
+    bool take_memory(const JsonValue& value, size_t bytes) {
+        memory_left_ -= static_cast<int64_t>(bytes);
+        return memory_left_ >= 0 ||
+               fail(value.line, value.column, fmt::format(messages::kValuesTakeTooMuch, values_),
+                    messages::kAllowMoreMemory);
     }
-    static std::string too_large(std::string_view read) {
-        return fmt::format(messages::kNumberTooLarge, read.substr(0, 40),
-                           read.size() > 40 ? "…" : "");
-    }
-    bool start(Kind kind) {
-        JsonValue* v = add(kind);
-        if (v == nullptr) return false;
-        if (open_.size() >= kDeepest) {
-            return fail(v->line, v->column, fmt::format(messages::kNestedTooDeep, kDeepest));
+
+    bool read_number(JsonValue* value) {
+        const size_t end = std::min(text_.find_first_not_of(kInNumber, at_), text_.size());
+        const std::string_view number = text_.substr(at_, end - at_);
+        const auto is_digit = [&](size_t i) {
+            return i < number.size() && number[i] >= '0' && number[i] <= '9';
+        };
+        const size_t first = number[0] == '-' ? 1 : 0;
+        if (number.substr(first).starts_with('0') && is_digit(first + 1))
+            return fail(at_, messages::kNotJson, messages::kLeadingZero);
+        const size_t point = number.find('.');
+        Decimal kind = read_decimal(number, &value->number);
+        if (!is_digit(first) || (point != std::string_view::npos && !is_digit(point + 1)))
+            kind = Decimal::kNoNumber;
+        const std::string_view shown = number.substr(0, 40);
+        if (kind == Decimal::kNoNumber)
+            return fail(at_, messages::kNotJson, fmt::format(messages::kNotANumber, shown));
+        if (kind == Decimal::kTooLarge) {
+            const char* cut = shown.size() < number.size() ? "…" : "";
+            return fail(at_, fmt::format(messages::kNumberTooLarge, shown, cut),
+                        messages::kLargestNumber);
         }
-        // Stays valid: a container's parent grows again only after the container is closed.
-        open_.push_back(v);
-        keys_.emplace_back();
+        at_ = end;
         return true;
     }
-    bool end() {
-        OPENFAB_CHECK(!open_.empty());
-        sort_keys(open_.back());
-        open_.pop_back();
-        keys_.pop_back();
+
+    bool read_string(std::string* into) {
+        const size_t start = at_++;
+        const auto wrong = [&](size_t offset, const std::string& what) {
+            return fail(offset, messages::kNotJson, fmt::format(messages::kInString, what));
+        };
+        const auto is_plain = [](char c) { return c >= ' ' && c != '"' && c != '\\'; };
+        while (at_ < text_.size()) {
+            const size_t from = at_;
+            while (at_ < text_.size() && is_plain(text_[at_]))
+                ++at_;
+            into->append(text_.substr(from, at_ - from));
+            if (at_ == text_.size()) break;
+            const size_t special = at_;
+            const char c = text_[at_];
+            const size_t bytes = code_point_bytes(text_.substr(at_));
+            at_ += std::max<size_t>(bytes, 1);
+            if (c == '"') return true;
+            if (bytes == 0) return wrong(special, messages::kNotUtf8InString);
+            if (bytes > 1) {
+                into->append(text_.substr(special, bytes));
+            } else if (c != '\\') {
+                return wrong(special, fmt::format(messages::kControlInString, int{c}));
+            } else if (!read_escape(into)) {
+                return wrong(special, messages::kEscapeInString);
+            }
+        }
+        return fail(start, messages::kNotJson, messages::kNoClosingQuote);
+    }
+    /// Reads what follows a backslash.
+    bool read_escape(std::string* into) {
+        constexpr std::string_view kLetters = "\"\\/bfnrt", kMeant = "\"\\/\b\f\n\r\t";
+        if (at_ == text_.size()) return false;
+        const char letter = text_[at_++];
+        if (const size_t which = kLetters.find(letter); which != std::string_view::npos) {
+            *into += kMeant[which];
+            return true;
+        }
+        uint32_t code = 0;
+        if (letter != 'u' || !read_hex(&code)) return false;
+        if (code >= 0xD800 && code < 0xDC00) {
+            uint32_t low = 0;
+            if (text_.substr(at_, 2) != "\\u") return false;
+            at_ += 2;
+            if (!read_hex(&low) || low < 0xDC00 || low > 0xDFFF) return false;
+            code = 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00);
+        } else if (code >= 0xDC00 && code < 0xE000) {
+            return false;
+        }
+        append_utf8(code, into);
+        return true;
+    }
+    bool read_hex(uint32_t* code) {
+        const std::string_view digits = text_.substr(at_, 4);
+        const char* end = digits.data() + digits.size();
+        at_ += digits.size();
+        return digits.size() == 4 && std::from_chars(digits.data(), end, *code, 16).ptr == end;
+    }
+
+    bool read_items(JsonValue* value, char mark) {
+        if (!begin(value, mark == '{' ? Kind::kObject : Kind::kArray)) return false;
+        if (++depth_ > kDeepest) {
+            return fail(value->line, value->column, fmt::format(messages::kNestedTooDeep, kDeepest),
+                        {});
+        }
+        ++at_;
+        const bool read = mark == '{' ? read_members(value) : read_elements(value);
+        --depth_;
+        return read;
+    }
+    bool read_elements(JsonValue* array) {
+        if (take(']')) return true;
+        do {
+            if (!read_value(&array->items.emplace_back())) return false;
+        } while (take(','));
+        return take(']') || refuse(messages::kExpectedItemEnd);
+    }
+    bool read_members(JsonValue* object) {
+        if (take('}')) return true;
+        std::unordered_map<std::string, size_t> indices;  // of many keys
+        do {
+            skip_blanks();
+            if (!text_.substr(at_).starts_with('"')) return refuse(messages::kExpectedKey);
+            JsonMember member;
+            positions_.find(at_, &member.line, &member.column);
+            if (!read_string(&member.key)) return false;
+            if (const JsonMember* first = same_key(*object, member.key, &indices)) {
+                return fail(member.line, member.column,
+                            fmt::format(messages::kDuplicateKey, member.key),
+                            fmt::format(messages::kDuplicateKeyHelp, first->line));
+            }
+            memory_left_ -= static_cast<int64_t>(member.key.size());
+            if (!take(':')) return refuse("`:`");
+            object->members.push_back(std::move(member));
+            if (!read_value(&object->members.back().value)) return false;
+        } while (take(','));
+        if (!take('}')) return refuse(messages::kExpectedMemberEnd);
+        sort_keys(object);
         return true;
     }
     void sort_keys(JsonValue* object) {
@@ -235,83 +290,25 @@ class TreeBuilder {
         std::sort(object->by_key.begin(), object->by_key.end(),
                   [&](int32_t x, int32_t y) { return members[x].key < members[y].key; });
     }
-    const JsonMember* same_key(const std::string& key) {
-        const std::vector<JsonMember>& members = open_.back()->members;
-        if (members.size() < kFewKeys) return open_.back()->find(key);
-        std::unordered_map<std::string, size_t>& indices = keys_.back();
-        for (size_t i = indices.size(); i < members.size(); ++i)
-            indices.emplace(members[i].key, i);
-        const auto known = indices.find(key);
-        return known == indices.end() ? nullptr : &members[known->second];
+    static const JsonMember* same_key(const JsonValue& object, const std::string& key,
+                                      std::unordered_map<std::string, size_t>* indices) {
+        const std::vector<JsonMember>& members = object.members;
+        if (members.size() < kFewKeys) return object.find(key);
+        for (size_t i = indices->size(); i < members.size(); ++i)
+            indices->emplace(members[i].key, i);
+        const auto known = indices->find(key);
+        return known == indices->end() ? nullptr : &members[known->second];
     }
 
     std::string_view text_;
-    const char** furthest_;
     const std::string& name_;
     Positions positions_;
     int64_t memory_left_;
-    size_t last_end_ = 0;
+    size_t at_ = 0;
     size_t values_ = 0;
-    JsonValue root_;
-    std::vector<JsonValue*> open_;
-    std::vector<std::unordered_map<std::string, size_t>> keys_;  ///< as open_: indices of its keys
+    size_t depth_ = 0;
     std::optional<Error> error_;
 };
-
-/// Returns what the parser expected where it stopped, from its own message.
-std::string expected(std::string_view why) {
-    static constexpr std::pair<std::string_view, std::string_view> kWords[] = {
-        {"expected string literal", messages::kExpectedKey},
-        {"expected ':'", "`:`"},
-        {"expected '}'", messages::kExpectedMemberEnd},
-        {"expected ']'", messages::kExpectedItemEnd},
-        {"expected '[', '{', or a literal", messages::kExpectedValue},
-        {"expected end of input", messages::kExpectedFileEnd},
-        {"expected value", messages::kExpectedValue}};
-    for (const auto& [known, ours] : kWords) {
-        if (why.ends_with(known)) return std::string(ours);
-    }
-    return messages::kExpectedValue;
-}
-
-bool TreeBuilder::parse_error(size_t read, const std::string&,
-                              const nlohmann::json::exception& why) {
-    constexpr int kTooLarge = 406;
-    constexpr std::string_view kMarks = ",:[]{}";
-    constexpr std::string_view kInString = "invalid string: ";
-    const std::string_view what = why.what();
-    // The parser stopped after the token and reports no punctuation before it.
-    size_t start = std::min(text_.find_first_not_of(kBlanks, last_end_), text_.size());
-    while (start + 1 < read && start < text_.size() &&
-           kMarks.find(text_[start]) != std::string_view::npos)
-        start = std::min(text_.find_first_not_of(kBlanks, start + 1), text_.size());
-    const std::string_view rest = text_.substr(start);
-    const size_t word = std::min(rest.find_first_of(" \t\r\n,:[]{}\""), rest.size());
-    const std::string_view shown = rest.substr(0, std::clamp<size_t>(word, 1, 40));
-    if (why.id == kTooLarge)
-        return fail_at(start, too_large(rest.substr(0, word)), messages::kLargestNumber);
-    if (const size_t reason = what.find(kInString); reason != std::string_view::npos) {
-        if (what.find("missing closing quote") != std::string_view::npos)
-            return fail_at(start, messages::kNotJson, messages::kNoClosingQuote);
-        const size_t from = reason + kInString.size();
-        return fail_at(
-            read - 1, messages::kNotJson,
-            fmt::format(messages::kInString, what.substr(from, what.find("; last read") - from)));
-    }
-    const size_t before = text_.substr(0, start).find_last_not_of(kBlanks);
-    if ((rest.starts_with('}') || rest.starts_with(']')) && before != std::string_view::npos &&
-        text_[before] == ',') {
-        return fail_at(before, messages::kNotJson, fmt::format(messages::kCommaAtEnd, rest[0]));
-    }
-    if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with('#'))
-        return fail_at(start, messages::kNotJsonComments, messages::kNotJsonCommentsHelp);
-    if (rest.starts_with('\'')) return fail_at(start, messages::kNotJson, messages::kDoubleQuotes);
-    if (rest.empty())
-        return fail_at(start, messages::kNotJson,
-                       fmt::format(messages::kFileEndsBefore, expected(what)));
-    return fail_at(start, messages::kNotJson,
-                   fmt::format(messages::kOtherExpected, shown, expected(what)));
-}
 
 }  // namespace
 
@@ -373,14 +370,7 @@ Result<JsonValue> parse_json(std::string_view text, const std::string& name, int
         Positions(text).find(nul, &line, &column);
         return error_at({name, line, column}, messages::kZeroByte, messages::kZeroByteHelp);
     }
-    const char* furthest = text.data();
-    TreeBuilder builder(text, &furthest, name, memory_bytes);
-    const bool whole =
-        nlohmann::json::sax_parse(TextIterator(text.data(), &furthest),
-                                  TextIterator(text.data() + text.size(), &furthest), &builder);
-    if (builder.error()) return *builder.error();
-    if (!whole) return internal_error(fmt::format("{}: the JSON parser gave no reason", name));
-    return std::move(builder.root());
+    return TreeReader(text, name, memory_bytes).read();
 }
 
 Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit,

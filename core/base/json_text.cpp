@@ -8,31 +8,33 @@
 
 namespace openfab {
 
+JsonText::JsonText(Layout layout) {
+    if (layout == Layout::kCompact) return;
+    indented_.emplace(buffer_).SetIndent(' ', 2);
+    if (layout == Layout::kIndentedLists)
+        indented_->SetFormatOptions(rapidjson::kFormatSingleLineArray);
+}
+
 JsonText& JsonText::begin_object() {
-    writer_.StartObject();
-    return *this;
+    return put([](auto& writer) { writer.StartObject(); });
 }
 JsonText& JsonText::end_object() {
-    writer_.EndObject();
-    return *this;
+    return put([](auto& writer) { writer.EndObject(); });
 }
 JsonText& JsonText::begin_array() {
-    writer_.StartArray();
-    return *this;
+    return put([](auto& writer) { writer.StartArray(); });
 }
 JsonText& JsonText::end_array() {
-    writer_.EndArray();
-    return *this;
+    return put([](auto& writer) { writer.EndArray(); });
 }
 JsonText& JsonText::key(std::string_view name) {
-    const std::string text = valid_utf8(name);
-    writer_.Key(text.data(), static_cast<rapidjson::SizeType>(text.size()));
-    return *this;
+    return value(name);  // a text in the place of a key is one
 }
 JsonText& JsonText::value(std::string_view text) {
     const std::string valid = valid_utf8(text);
-    writer_.String(valid.data(), static_cast<rapidjson::SizeType>(valid.size()));
-    return *this;
+    return put([&](auto& writer) {
+        writer.String(valid.data(), static_cast<rapidjson::SizeType>(valid.size()));
+    });
 }
 JsonText& JsonText::value(double number) {
     if (!std::isfinite(number)) return null();
@@ -40,20 +42,16 @@ JsonText& JsonText::value(double number) {
     constexpr double kExact = 9e15;
     if (number == std::floor(number) && std::abs(number) < kExact)
         return value(static_cast<int64_t>(number));
-    writer_.Double(number);
-    return *this;
+    return put([&](auto& writer) { writer.Double(number); });
 }
 JsonText& JsonText::value(int64_t number) {
-    writer_.Int64(number);
-    return *this;
+    return put([&](auto& writer) { writer.Int64(number); });
 }
 JsonText& JsonText::value(bool truth) {
-    writer_.Bool(truth);
-    return *this;
+    return put([&](auto& writer) { writer.Bool(truth); });
 }
 JsonText& JsonText::null() {
-    writer_.Null();
-    return *this;
+    return put([](auto& writer) { writer.Null(); });
 }
 JsonText& JsonText::value(const JsonValue& read) {
     switch (read.kind) {
@@ -82,6 +80,10 @@ JsonText& JsonText::value(const JsonValue& read) {
 const JsonValue* member_of(const JsonValue& object, std::string_view key) {
     const JsonMember* found = object.find(key);
     return found == nullptr ? nullptr : &found->value;
+}
+
+std::string json_string(std::string_view text) {
+    return JsonText().value(text).take();
 }
 
 std::string error_json(std::string_view message) {

@@ -113,6 +113,10 @@ std::string printable_json(std::string_view json) {
     return out;
 }
 
+size_t code_point_bytes(std::string_view text) {
+    return text.empty() ? 0 : first_code_point(text).bytes;
+}
+
 std::string valid_utf8(std::string_view text) {
     std::string out;
     out.reserve(text.size());

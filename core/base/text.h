@@ -29,6 +29,9 @@ std::string lower_ascii(std::string text);
 /// Returns the text as one word of a shell's command line, in quotes where it needs them.
 std::string shell_word(const std::string& text);
 
+/// Returns the length of the code point at the start of a text; 0 where it does not start with UTF-8.
+size_t code_point_bytes(std::string_view text);
+
 /// Replaces bytes that are not UTF-8 by U+FFFD, as JSON requires.
 std::string valid_utf8(std::string_view text);
 

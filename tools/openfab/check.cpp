@@ -3,7 +3,6 @@
 #include "tools/openfab/check.h"
 
 #include <fmt/format.h>
-#include <rapidjson/prettywriter.h>
 
 #include <algorithm>
 #include <charconv>
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "backends/common/output_file.h"
+#include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/talking_program.h"
@@ -341,46 +341,25 @@ class Checker {
     }
 
     std::string report(const CheckedPrint& print, const std::vector<Finding>& found) const {
-        rapidjson::StringBuffer buffer;
-        rapidjson::PrettyWriter<rapidjson::StringBuffer> json(buffer);
-        json.SetIndent(' ', 2);
+        JsonText json(JsonText::Layout::kIndented);
         const auto vector = [&](const char* name, const Vec3d& v) {
-            json.Key(name);
-            json.StartArray();
-            for (int axis = 0; axis < 3; ++axis)
-                json.Double(v[axis]);
-            json.EndArray();
+            json.key(name).begin_array().value(v.x).value(v.y).value(v.z).end_array();
         };
-        json.StartObject();
+        json.begin_object();
         vector("voxel_mm", print.info.pitch_mm);
-        json.Key("parts");
-        json.Int(print.parts);
-        json.Key("findings");
-        json.StartArray();
+        json.member("parts", print.parts).key("findings").begin_array();
         for (const Finding& finding : found) {
             const Box3d box = box_of(print, finding);
-            json.StartObject();
-            json.Key("fault");
-            json.String(name_of(finding.fault));
-            json.Key("material");
-            const std::string name = valid_utf8(finding.material);
-            json.String(name.c_str(), static_cast<rapidjson::SizeType>(name.size()));
-            json.Key("measure");
-            json.Double(finding.measure);
-            json.Key("unit");
-            json.String(unit_of(finding.fault));
-            json.Key("limit");
-            json.Double(finding.limit);
-            json.Key("voxels");
-            json.Int64(finding.where.voxels);
+            json.begin_object().member("fault", name_of(finding.fault));
+            json.member("material", finding.material).member("measure", finding.measure);
+            json.member("unit", unit_of(finding.fault)).member("limit", finding.limit);
+            json.member("voxels", finding.where.voxels);
             vector("at_mm", at_of(print, finding));
             vector("from_mm", box.lo);
             vector("to_mm", box.hi);
-            json.EndObject();
+            json.end_object();
         }
-        json.EndArray();
-        json.EndObject();
-        return std::string(buffer.GetString()) + "\n";
+        return json.end_array().end_object().take() + "\n";
     }
 
     const CheckArguments& arguments_;

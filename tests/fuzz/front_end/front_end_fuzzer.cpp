@@ -7,7 +7,6 @@
 
 #include <cstdlib>
 
-#include "compiler/diag/json.h"
 #include "compiler/diag/render.h"
 #include "compiler/frontend/frontend.h"
 

@@ -69,9 +69,20 @@ TEST(Json, RefusesWhatIsNotStrict) {
     EXPECT_EQ(error_of("[+1]"), not_json("1:2", other_expected("+1", messages::kExpectedValue)));
     EXPECT_EQ(error_of("[-01]"), not_json("1:2", messages::kLeadingZero));
     EXPECT_EQ(error_of("[1-2]"), not_json("1:2", fmt::format(messages::kNotANumber, "1-2")));
-    EXPECT_EQ(error_of("[1.]"), not_json("1:2", other_expected("1.", messages::kExpectedValue)));
+    EXPECT_EQ(error_of("[1.]"), not_json("1:2", fmt::format(messages::kNotANumber, "1.")));
+    EXPECT_EQ(error_of("[-.5]"), not_json("1:2", fmt::format(messages::kNotANumber, "-.5")));
+    EXPECT_EQ(error_of("[2e]"), not_json("1:2", fmt::format(messages::kNotANumber, "2e")));
     EXPECT_EQ(error_of("\"\xFF\""),
-              not_json("1:2", fmt::format(messages::kInString, "ill-formed UTF-8 byte")));
+              not_json("1:2", fmt::format(messages::kInString, messages::kNotUtf8InString)));
+    EXPECT_EQ(error_of("\"ab\tc\""),
+              not_json("1:4", fmt::format(messages::kInString,
+                                          fmt::format(messages::kControlInString, 9))));
+    for (const char* escape :
+         {"\\x41", "\\u12", "\\u12G4", "\\uD800", "\\uD800\\u0041", "\\uDC00"}) {
+        EXPECT_EQ(error_of(fmt::format("[\"a{}\"]", escape)),
+                  not_json("1:4", fmt::format(messages::kInString, messages::kEscapeInString)))
+            << escape;
+    }
     EXPECT_EQ(error_of("[1, \"ab"), not_json("1:5", messages::kNoClosingQuote));
     EXPECT_EQ(error_of(std::string_view("{\n\0}", 4)),
               fmt::format("f.json:2:1: {}; {}", messages::kZeroByte, messages::kZeroByteHelp));

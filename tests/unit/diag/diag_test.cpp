@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "compiler/diag/json.h"
+#include "base/json_text.h"
 #include "compiler/diag/render.h"
 
 namespace openfab::diag {
@@ -128,7 +128,8 @@ TEST(Render, Json) {
 }
 
 TEST(Json, StringsAreAlwaysValid) {
-    EXPECT_EQ(json_string("a\"b\\c\n\x01\xC3\xA9\xFF"), "\"a\\\"b\\\\c\\n\\u0001\xC3\xA9\\ufffd\"");
+    EXPECT_EQ(json_string("a\"b\\c\n\x01\xC3\xA9\xFF"),
+              "\"a\\\"b\\\\c\\n\\u0001\xC3\xA9\xEF\xBF\xBD\"");
 }
 
 TEST(Diagnostics, IdsAreUniqueAndInKebabCase) {
