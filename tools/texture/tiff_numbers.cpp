@@ -64,21 +64,9 @@ void halves(const uint8_t* in, int64_t count, int stride, float* out) {
 
 /// Floats of 24 bits: a sign, 7 bits of exponent, 16 of fraction (TIFF Technical Note 3).
 void floats24(const uint8_t* in, int64_t count, int stride, float* out) {
-    constexpr int kBias = 63, kFractionBits = 16, kMostExponent = 127;
     for (int64_t i = 0; i < count; ++i, in += 3, out += stride) {
         const uint32_t bits = in[0] | uint32_t{in[1]} << 8 | uint32_t{in[2]} << 16;
-        const int exponent = static_cast<int>(bits >> kFractionBits & kMostExponent);
-        const auto fraction = static_cast<int>(bits & 0xffff);
-        double value = 0;
-        if (exponent == kMostExponent) {
-            value = fraction == 0 ? std::numeric_limits<double>::infinity()
-                                  : std::numeric_limits<double>::quiet_NaN();
-        } else if (exponent == 0) {
-            value = std::ldexp(fraction, 1 - kBias - kFractionBits);
-        } else {
-            value = std::ldexp(fraction + (1 << kFractionBits), exponent - kBias - kFractionBits);
-        }
-        *out = static_cast<float>((bits >> 23 & 1) != 0 ? -value : value);
+        *out = static_cast<float>(small_float(bits, 7, 16));
     }
 }
 

@@ -58,23 +58,6 @@ double integer(const NumberFormat& f, const char* at) {
     }
 }
 
-/// IEEE 754 binary16: a sign, 5 bits of exponent, 10 of fraction.
-double half(uint16_t bits) {
-    constexpr int kBias = 15, kFractionBits = 10, kMostExponent = 31;
-    const int exponent = bits >> kFractionBits & kMostExponent;
-    const int fraction = bits & ((1 << kFractionBits) - 1);
-    double value = 0;
-    if (exponent == kMostExponent) {
-        value = fraction == 0 ? std::numeric_limits<double>::infinity()
-                              : std::numeric_limits<double>::quiet_NaN();
-    } else if (exponent == 0) {
-        value = std::ldexp(fraction, 1 - kBias - kFractionBits);
-    } else {
-        value = std::ldexp(fraction + (1 << kFractionBits), exponent - kBias - kFractionBits);
-    }
-    return (bits & 0x8000) != 0 ? -value : value;
-}
-
 /// An array of numbers in any order of axes.
 class ArrayReader final : public VolumeReader {
   public:
@@ -160,13 +143,28 @@ bool npy_format(const std::string& descr, NumberFormat* out) {
 
 }  // namespace
 
+double small_float(uint32_t bits, int exponent_bits, int fraction_bits) {
+    const int most = (1 << exponent_bits) - 1, bias = most / 2;
+    const int exponent = static_cast<int>(bits >> fraction_bits) & most;
+    const auto fraction = static_cast<int>(bits & ((1U << fraction_bits) - 1));
+    double value = 0;
+    if (exponent == most) {
+        value = fraction == 0 ? std::numeric_limits<double>::infinity()
+                              : std::numeric_limits<double>::quiet_NaN();
+    } else {
+        const int leading = exponent == 0 ? 0 : 1 << fraction_bits;
+        value = std::ldexp(fraction + leading, std::max(exponent, 1) - bias - fraction_bits);
+    }
+    return (bits >> (exponent_bits + fraction_bits) & 1) != 0 ? -value : value;
+}
+
 float read_number(const NumberFormat& format, const char* at) {
     return static_cast<float>(read_number_exactly(format, at));
 }
 
 double read_number_exactly(const NumberFormat& format, const char* at) {
     if (format.kind != NumberFormat::Kind::kFloat) return integer(format, at) / unit_of(format);
-    if (format.bytes == 2) return half(load<uint16_t>(at, format.swapped));
+    if (format.bytes == 2) return small_float(load<uint16_t>(at, format.swapped), 5, 10);
     return format.bytes == 4 ? static_cast<double>(load<float>(at, format.swapped))
                              : load<double>(at, format.swapped);
 }

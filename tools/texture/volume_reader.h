@@ -83,6 +83,8 @@ struct NumberFormat {
 /// Reads one number.
 float read_number(const NumberFormat& format, const char* at);
 double read_number_exactly(const NumberFormat& format, const char* at);
+/// Returns a float of few bits as IEEE 754 builds them: a sign, an exponent, a fraction.
+double small_float(uint32_t bits, int exponent_bits, int fraction_bits);
 /// Returns whether a number is an integer that a float does not hold.
 bool is_rounded(const NumberFormat& format, const char* at);
 /// Returns the stored number that becomes 1.
