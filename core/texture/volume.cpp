@@ -206,6 +206,12 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
 
 namespace {
 
+bool is_npy(const InputFile& file) {
+    std::array<char, 6> mark{};
+    const Result<size_t> got = file.read(0, mark.data(), mark.size());
+    return got && std::string_view(mark.data(), *got) == "\x93NUMPY";
+}
+
 std::vector<std::string> read_data_files_of(const fs::path& file, std::optional<double> time,
                                             const std::string& field, const ReadLimits& limits) {
     const Result<InputFile> opened = InputFile::open(file);
@@ -214,6 +220,9 @@ std::vector<std::string> read_data_files_of(const fs::path& file, std::optional<
         const Result<XdmfGrid> grid = read_xdmf_grid(*opened, time, field, limits);
         return grid ? grid->data_files() : std::vector<std::string>();
     }
+    if (std::string beside = file.filename().string() + ".json";
+        is_npy(*opened) && fs::exists(file.parent_path() / beside))
+        return {std::move(beside)};
     std::string begin(NiftiHeader::kBytes, '\0');
     const Result<size_t> got = opened->read(0, begin.data(), begin.size());
     if (!got) return {};
@@ -240,7 +249,8 @@ std::vector<std::string> read_data_files_of(const fs::path& file, std::optional<
     return names ? std::move(*names) : std::vector<std::string>();
 }
 
-/// Names the data files of a header of NRRD, NIfTI or MetaImage, or of an XDMF file; none of any other file,
+/// Names the data files of a header of NRRD, NIfTI or MetaImage, or of an XDMF file, and what tells the place of an array
+/// of a print; none of any other file,
 /// or of one that cannot be read.
 std::vector<std::string> data_files_of(const fs::path& file, std::optional<double> time,
                                        const std::string& field, const ReadLimits& limits) {

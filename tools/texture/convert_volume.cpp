@@ -217,7 +217,7 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     if (is_print(files[0], begin)) return of_plain_numbers(open_print(files[0], limits));
     if (begin.starts_with("NRRD")) return of_one_field(open_nrrd(files[0], options, limits));
     const std::string kind = lower_ascii(files[0].extension().string());
-    if (begin.starts_with("\x93NUMPY")) return of_plain_numbers(open_npy(files[0]));
+    if (begin.starts_with("\x93NUMPY")) return of_plain_numbers(open_npy(files[0], limits));
     if (kind == ".cube") return of_plain_numbers(open_cube(files[0], limits));
     if (is_nifti_file(files[0])) return open_nifti(files[0], options, limits);
     if (texture::is_meta_image(files[0])) return of_one_field(open_meta(files[0], options, limits));

@@ -15,9 +15,11 @@
 #include <string_view>
 
 #include "base/input_file.h"
+#include "base/json.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
 #include "base/text.h"
+#include "texture/nrrd_header.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/volume_reader.h"
@@ -187,7 +189,43 @@ double unit_of(const NumberFormat& format) {
     return format.bytes == 1 ? 255 : format.bytes == 2 ? 65535 : 1;
 }
 
-MadeReader open_npy(const fs::path& file) {
+namespace {
+
+/// Places the array of a print by the file that the print wrote beside it. JSON of others is not looked at.
+Result<void> place_array(const fs::path& file, const texture::ReadLimits& limits,
+                         VolumeReader* reader) {
+    constexpr int64_t kMostBytes = 4 << 20;
+    const std::string beside = file.filename().string() + ".json";
+    if (!fs::exists(file.parent_path() / beside)) return {};
+    const Result<InputFile> opened = texture::open_data_file(file, beside, limits);
+    if (!opened) return opened.error();
+    const Result<std::string> text = opened->read_all(kMostBytes);
+    if (!text) return text.error();
+    const Result<JsonValue> json = parse_json(*text, beside, limits.memory_bytes);
+    if (!json) return {};
+    const JsonMember* const format = json->find("format");
+    if (format == nullptr || format->value.text != "openfab-array") return {};
+    const auto three = [&](const char* key, std::array<double, 3>* out) {
+        const JsonMember* const m = json->find(key);
+        if (m == nullptr || m->value.items.size() != out->size()) return false;
+        for (size_t a = 0; a < out->size(); ++a)
+            (*out)[a] = m->value.items[a].number;
+        return true;
+    };
+    std::array<double, 3> shape{}, pitch{}, origin{};
+    const Vec3i& size = reader->size;
+    if (!three("shape_zyx", &shape) || !three("pitch_mm", &pitch) || !three("origin_mm", &origin) ||
+        shape[0] != size.z || shape[1] != size.y || shape[2] != size.x ||
+        !std::ranges::all_of(pitch, [](double h) { return std::isfinite(h) && h > 0; }))
+        return user_error(fmt::format(messages::kOtherArray, beside), messages::kOtherArrayHelp);
+    reader->spacing = pitch;
+    reader->origin = origin;
+    return {};
+}
+
+}  // namespace
+
+MadeReader open_npy(const fs::path& file, const texture::ReadLimits& limits) {
     Result<InputFile> opened = InputFile::open(file);
     if (!opened) return opened.error();
     constexpr int64_t kLongestHeader = 1 << 20;
@@ -233,6 +271,8 @@ MadeReader open_npy(const fs::path& file) {
     reader->begin = static_cast<int64_t>(start + length);
     if (numbers * reader->format.bytes > opened->bytes() - reader->begin)
         return user_error(messages::kCutShort);
+    if (Result<void> placed = place_array(file, limits, reader.get()); !placed)
+        return placed.error();
     reader->file.emplace(std::move(*opened));
     return std::unique_ptr<VolumeReader>(std::move(reader));
 }

@@ -62,8 +62,9 @@ MadeReader open_stack(const std::vector<std::filesystem::path>& files,
 /// texel; axes may be turned (placed_grid.h).
 MadeReader open_nrrd(const std::filesystem::path& file, const texture::VolumeOptions& options,
                      const texture::ReadLimits& limits);
-/// Opens an NPY of shape (z, y, x) or (z, y, x, channel), integers as in open_nrrd.
-MadeReader open_npy(const std::filesystem::path& file);
+/// Opens an NPY of shape (z, y, x) or (z, y, x, channel), integers as in open_nrrd. That of a print lies where FILE.npy.json
+/// beside it says.
+MadeReader open_npy(const std::filesystem::path& file, const texture::ReadLimits& limits);
 /// Opens a 3-D look-up table (LUT_3D_SIZE): red is x, DOMAIN_MIN and _MAX give the box; three
 /// channels.
 MadeReader open_cube(const std::filesystem::path& file, const texture::ReadLimits& limits);
