@@ -143,7 +143,8 @@ Result<void> FolderSink::begin_digests() {
     const size_t files = files_a_slice(info_, options_);
     for (size_t i = 0; i < digests_.size(); ++i) {
         const auto z = info_.slice_begin + static_cast<int32_t>(i / files);
-        text += digest_line(slice_file_name(z, i % files, info_, options_), digests_[i]);
+        const std::string name = slice_file_name(z, i % files, info_, options_);
+        text += digest_line(name, seal_of(identity_, name, digests_[i]));
     }
     if (Result<void> gone = folder_.remove(kDigestFile); !gone) return gone;
     const Result<void> written =
@@ -158,9 +159,12 @@ Result<void> FolderSink::begin_digests() {
 Result<void> FolderSink::read_digests(const std::string& manifest) {
     const Result<std::string> list = read_bytes(folder_.path() / kDigestsSoFar);
     if (!list) return list.error();
-    earlier_digests_ = parse_digests(*list, digests_head(manifest_json(info_, {}, 0, options_)));
+    earlier_seals_ = parse_digests(*list, digests_head(manifest_json(info_, {}, 0, options_)));
     // A run that came to its end, complete or not, has left no list of a running one.
-    if (earlier_digests_.empty()) earlier_digests_ = manifest_digests(manifest);
+    if (earlier_seals_.empty()) {
+        earlier_seals_ = manifest_seals(manifest);
+        if (manifest_is_complete(manifest)) earlier_hash_ = manifest_hash(manifest);
+    }
     return {};
 }
 
@@ -173,6 +177,7 @@ Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
         return user_error(fmt::format(messages::kNoGreyMaterial, options_.grey_material,
                                       suggest(options_.grey_material, names)));
     }
+    identity_ = *print_identity(manifest_json(info_, {}, 0, options_));
     if (!earlier_) {
         if (Result<void> cleared = resumed_ ? Result<void>() : clear(); !cleared) return cleared;
         // A crash leaves it incomplete.
@@ -201,13 +206,14 @@ Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
 Result<bool> FolderSink::read_slice(int32_t z, KeptSlice* slice) const {
     for (size_t i = 0; i < files_a_slice(info_, options_); ++i) {
         const std::string name = slice_file_name(z, i, info_, options_);
-        const auto recorded = earlier_digests_.find(name);
-        if (recorded == earlier_digests_.end()) return false;
+        const auto recorded = earlier_seals_.find(name);
+        if (recorded == earlier_seals_.end()) return false;
         const Result<std::string> file = read_bytes(folder_.path() / name);
         if (!file) return file.error();
-        if (sha256(*file) != recorded->second) return false;
+        const Sha256Digest digest = sha256(*file);
+        if (seal_of(identity_, name, digest) != recorded->second) return false;
         slice->names.push_back(name);
-        slice->digests.push_back(recorded->second);
+        slice->digests.push_back(digest);
         slice->bytes.insert(slice->bytes.end(), file->begin(), file->end());
     }
     return true;
@@ -231,7 +237,8 @@ Result<int32_t> FolderSink::keep_slices(
     // First the list of what is kept, as the manifest of an earlier run, which may have one, is replaced.
     if (Result<void> begun = begin_digests(); !begun) return begun.error();
     // The manifest of a complete print must not stay once slices of it are gone.
-    if (written_ < info_.slice_end - info_.slice_begin) {
+    all_kept_ = written_ == info_.slice_end - info_.slice_begin;
+    if (!all_kept_) {
         if (Result<void> noted = write_notes({}, false); !noted) return noted.error();
     }
     for (const std::string& name : *found) {
@@ -286,7 +293,7 @@ Result<void> FolderSink::commit(int32_t z, std::vector<uint8_t> bytes) {
         written = folder_.write(name, file);
         set_aside_.erase(name);
         digests_.push_back(sha256(file));
-        lines += digest_line(name, digests_.back());
+        lines += digest_line(name, seal_of(identity_, name, digests_.back()));
     }
     if (written) written = list_->add(lines);
     if (!written) {
@@ -298,8 +305,19 @@ Result<void> FolderSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     return {};
 }
 
+Result<void> FolderSink::check_hash(const pipeline::PrintTotals& totals) {
+    const std::string hash = fmt::format("{:016x}", totals.hash);
+    if (!all_kept_ || !totals.complete || earlier_hash_.empty() || earlier_hash_ == hash) return {};
+    digests_.clear();
+    written_ = 0;
+    if (Result<void> noted = write_notes({}, true); !noted) return noted;
+    return user_error(
+        fmt::format(messages::kHashOfOther, folder_.path().string(), hash, earlier_hash_));
+}
+
 Result<void> FolderSink::finish(const pipeline::PrintTotals& totals) {
     if (earlier_) return {};  // refused or interrupted before anything was changed
+    if (Result<void> checked = check_hash(totals); !checked) return checked;
     pipeline::PrintTotals honest = totals;
     honest.complete = totals.complete && !broken_;
     // What an earlier print had, and this one did not come to.

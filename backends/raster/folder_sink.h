@@ -41,6 +41,9 @@ std::string manifest_difference(const std::string& text, const pipeline::PrintIn
 /// Returns whether the manifest `text` says that all of a print is there.
 bool manifest_is_complete(const std::string& text);
 
+/// Returns the hash of all slices that the manifest `text` gives; empty where it gives none.
+std::string manifest_hash(const std::string& text);
+
 class FolderSink : public pipeline::SliceSink {
   public:
     /// Creates the folder and those above it. Slices of an earlier print in it are replaced, all of
@@ -49,7 +52,7 @@ class FolderSink : public pipeline::SliceSink {
     static Result<std::unique_ptr<pipeline::SliceSink>> create(const std::filesystem::path& folder,
                                                                FolderOptions options);
     /// Reopens the folder of an interrupted print, to be resumed; starts one without slices. Kept are the
-    /// first slices whose files have the digests that the print recorded of them.
+    /// first slices whose files have the seals that the print recorded of them.
     static Result<std::unique_ptr<pipeline::SliceSink>> reopen(const std::filesystem::path& folder,
                                                                FolderOptions options);
 
@@ -77,6 +80,9 @@ class FolderSink : public pipeline::SliceSink {
     Error with_resume_state(const Error& error, size_t slice_bytes) const;
     /// Writes the manifest and the hand-off; `end` with the digests of what was written.
     Result<void> write_notes(const pipeline::PrintTotals& totals, bool end);
+    /// Fails where all slices of a complete print were kept and have another hash than it had; then none
+    /// is kept the next time.
+    Result<void> check_hash(const pipeline::PrintTotals& totals);
     Result<void> begin_digests();
     /// Reads what is recorded of an earlier run, whose manifest is given.
     Result<void> read_digests(const std::string& manifest);
@@ -94,14 +100,17 @@ class FolderSink : public pipeline::SliceSink {
     backends::OutputFolder folder_;
     FolderOptions options_;
     pipeline::PrintInfo info_;
-    std::set<std::string> set_aside_;  ///< their names, without `.part`
-    Digests earlier_digests_;
+    std::set<std::string> set_aside_;            ///< their names, without `.part`
+    Sha256Digest identity_{};                    ///< of the print
+    Digests earlier_seals_;                      ///< of its earlier run
+    std::string earlier_hash_;                   ///< of all slices, if that came to its end
     std::optional<backends::GrowingFile> list_;  ///< SHA256SUMS.part, from `begin_digests` on
     std::vector<Sha256Digest> digests_;          ///< of the files of the slices written
     int32_t written_ = 0;                        ///< whole slices in the folder, from the first
     bool resumed_ = false;
     bool earlier_ = false;  ///< an earlier print's slices are still to be read
     bool broken_ = false;
+    bool all_kept_ = false;
 };
 
 }  // namespace openfab::raster

@@ -165,14 +165,19 @@ void put_missing(Json& json, const pipeline::PrintInfo& info) {
 void put_digests(Json& json, const pipeline::PrintInfo& info, const FolderOptions& options,
                  std::span<const Sha256Digest> digests) {
     if (digests.empty()) return;
-    key(json, "sha256");
-    json.StartObject();
     const size_t files = files_a_slice(info, options);
-    for (size_t i = 0; i < digests.size(); ++i) {
-        const auto z = info.slice_begin + static_cast<int32_t>(i / files);
-        put(json, slice_file_name(z, i % files, info, options).c_str(), hex_text(digests[i]));
+    const auto identity = print_identity(manifest_json(info, {}, 0, options));
+    for (const bool seals : {false, true}) {
+        key(json, seals ? "seals" : "sha256");
+        json.StartObject();
+        for (size_t i = 0; i < digests.size(); ++i) {
+            const auto z = info.slice_begin + static_cast<int32_t>(i / files);
+            const std::string name = slice_file_name(z, i % files, info, options);
+            put(json, name.c_str(),
+                hex_text(seals ? seal_of(*identity, name, digests[i]) : digests[i]));
+        }
+        json.EndObject();
     }
-    json.EndObject();
 }
 
 std::string text_of(const rapidjson::StringBuffer& buffer) {
@@ -282,10 +287,31 @@ namespace {
 bool is_of_the_end(const std::string& name) {
     for (const char* known :
          {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels", "ml", "g",
-          "nozzle_changes", "sha256", "slices_of_whole", "slices_elsewhere"}) {
+          "nozzle_changes", "sha256", "seals", "slices_of_whole", "slices_elsewhere"}) {
         if (name == known) return true;
     }
     return false;
+}
+
+/// Writes a value without what is only known at the end.
+void write_beginning(const rapidjson::Value& value,
+                     rapidjson::Writer<rapidjson::StringBuffer>* writer) {
+    if (value.IsObject()) {
+        writer->StartObject();
+        for (const auto& [name, member] : value.GetObject()) {
+            if (is_of_the_end(name.GetString())) continue;
+            name.Accept(*writer);
+            write_beginning(member, writer);
+        }
+        writer->EndObject();
+    } else if (value.IsArray()) {
+        writer->StartArray();
+        for (const rapidjson::Value& item : value.GetArray())
+            write_beginning(item, writer);
+        writer->EndArray();
+    } else {
+        value.Accept(*writer);
+    }
 }
 
 std::string text_of(const rapidjson::Value& value) {
@@ -328,6 +354,25 @@ bool manifest_is_complete(const std::string& text) {
     manifest.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
     if (manifest.HasParseError() || !manifest.IsObject()) return false;
     return manifest.HasMember("complete") && manifest["complete"].IsTrue();
+}
+
+std::string manifest_hash(const std::string& text) {
+    rapidjson::Document manifest;
+    manifest.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
+    if (manifest.HasParseError() || !manifest.IsObject()) return {};
+    const auto hash = manifest.FindMember("hash");
+    const bool known = hash != manifest.MemberEnd() && hash->value.IsString();
+    return known ? hash->value.GetString() : std::string();
+}
+
+std::optional<Sha256Digest> print_identity(const std::string& manifest) {
+    rapidjson::Document root;
+    root.Parse<rapidjson::kParseIterativeFlag>(manifest.data(), manifest.size());
+    if (root.HasParseError() || !root.IsObject()) return {};
+    rapidjson::StringBuffer buffer;
+    rapidjson::Writer<rapidjson::StringBuffer> writer(buffer);
+    write_beginning(root, &writer);
+    return sha256(std::string_view(buffer.GetString(), buffer.GetSize()));
 }
 
 std::string manifest_difference(const std::string& text, const pipeline::PrintInfo& info,

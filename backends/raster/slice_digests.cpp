@@ -39,12 +39,19 @@ Digests parse_digests(std::string_view text, std::string_view head) {
     return digests;
 }
 
-Digests manifest_digests(const std::string& manifest) {
+Sha256Digest seal_of(const Sha256Digest& identity, std::string_view name,
+                     const Sha256Digest& digest) {
+    return sha256(fmt::format("slice of {}\n{}", hex_text(identity), digest_line(name, digest)));
+}
+
+namespace {
+
+Digests digests_under(const char* key, const std::string& manifest) {
     Digests digests;
     rapidjson::Document root;
     root.Parse<rapidjson::kParseIterativeFlag>(manifest.data(), manifest.size());
     if (root.HasParseError() || !root.IsObject()) return digests;
-    const auto found = root.FindMember("sha256");
+    const auto found = root.FindMember(key);
     if (found == root.MemberEnd() || !found->value.IsObject()) return digests;
     for (const auto& [name, value] : found->value.GetObject()) {
         Sha256Digest digest{};
@@ -52,6 +59,16 @@ Digests manifest_digests(const std::string& manifest) {
             digests[name.GetString()] = digest;
     }
     return digests;
+}
+
+}  // namespace
+
+Digests manifest_digests(const std::string& manifest) {
+    return digests_under("sha256", manifest);
+}
+
+Digests manifest_seals(const std::string& manifest) {
+    return digests_under("seals", manifest);
 }
 
 }  // namespace openfab::raster

@@ -3,11 +3,15 @@
 #pragma once
 
 // Digests of the files in a folder of slices: in its manifest, and in `SHA256SUMS`, as `sha256sum --check`
-// takes it. While a print runs they are in `SHA256SUMS.part`, a line behind each file, under a first line
-// that says which print they are of: names that come back after a power loss are told from its own.
+// takes it. Beside each the manifest has a seal, the digest of the print's identity, the file's name and
+// the file's digest: a slice of another print, or of another place, has none in this folder, even if its
+// digest came with it. While a print runs the seals are in `SHA256SUMS.part`, a line behind each file, under
+// a first line that says which print they are of: names that come back after a power loss are told from its
+// own.
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,6 +31,15 @@ constexpr int64_t kMostManifestBytes = int64_t{256} << 20;
 /// By the file's name.
 using Digests = std::map<std::string, Sha256Digest, std::less<>>;
 
+/// Returns the identity of the print whose manifest is `manifest`: the digest of all that its first manifest
+/// has, too, which is what the print is made of. The same while it runs and at its end; none where the
+/// manifest is damaged.
+std::optional<Sha256Digest> print_identity(const std::string& manifest);
+
+/// Returns the seal of a file of a print.
+Sha256Digest seal_of(const Sha256Digest& identity, std::string_view name,
+                     const Sha256Digest& digest);
+
 /// Formats the line of a file, as `sha256sum` does.
 std::string digest_line(std::string_view name, const Sha256Digest& digest);
 
@@ -38,5 +51,6 @@ Digests parse_digests(std::string_view text, std::string_view head);
 
 /// Returns those in a manifest; empty where it has none.
 Digests manifest_digests(const std::string& manifest);
+Digests manifest_seals(const std::string& manifest);
 
 }  // namespace openfab::raster

@@ -116,7 +116,10 @@ std::vector<std::string> names_of(const rapidjson::Document& manifest) {
 
 /// What is wrong with the files of a folder, each in a few words.
 std::vector<std::string> wrong_files(const fs::path& folder, const FolderFiles& files,
-                                     const raster::Digests& digests) {
+                                     const std::string& manifest) {
+    const raster::Digests digests = raster::manifest_digests(manifest);
+    const raster::Digests seals = raster::manifest_seals(manifest);
+    const auto identity = raster::print_identity(manifest).value_or(Sha256Digest{});
     std::vector<std::string> wrong;
     const std::set<std::string> expected(files.names.begin(), files.names.end());
     const std::set<std::string> missing(files.missing.begin(), files.missing.end());
@@ -132,7 +135,13 @@ std::vector<std::string> wrong_files(const fs::path& folder, const FolderFiles& 
             wrong.push_back(fmt::format(messages::kFileMissing, name));
         } else if (!digests.empty()) {
             const auto recorded = digests.find(name);
+            const auto seal = seals.find(name);
             check(name, recorded == digests.end() ? std::nullopt : std::optional(recorded->second));
+            // The digest of another print's slice, or of another place's, came with it.
+            if (recorded != digests.end() &&
+                (seal == seals.end() ||
+                 seal->second != raster::seal_of(identity, name, recorded->second)))
+                wrong.push_back(fmt::format(messages::kFileOfOther, name));
         }
     }
     std::error_code ended;
@@ -203,7 +212,7 @@ Result<void> verify_folder(const fs::path& folder, int64_t memory_bytes) {
         return user_error(
             fmt::format(messages::kManifestWithoutDigests, folder.string(), raster::kDigestFile));
     const FolderFiles files = look_for_files(folder, *manifest);
-    std::vector<std::string> wrong = wrong_files(folder, files, digests);
+    std::vector<std::string> wrong = wrong_files(folder, files, *text);
     if (files.names.empty()) wrong.push_back(fmt::format(messages::kFileDiffers, kManifest));
     if (!wrong.empty()) {
         constexpr size_t kMost = 5;

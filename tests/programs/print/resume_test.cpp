@@ -21,6 +21,8 @@
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
+#include "backends/raster/messages.h"
+#include "base/sha256.h"
 #include "program/messages.h"
 #include "runtime/pipeline/messages.h"
 #include "tests/support/places/places.h"
@@ -261,6 +263,87 @@ TEST_F(Resume, SlicesOfAnotherPrintInTheFolderAreMadeAgain) {
         EXPECT_THAT(print(again).err, HasSubstr("(19 resumed)"));
         EXPECT_TRUE(files_of(path("a")) == expected) << format;
     }
+}
+
+/// Exchanged by hand, with all that is recorded of it: a slice of another print, and two of this one.
+TEST_F(Resume, SlicesThatWereExchangedWithTheirDigestsAreMadeAgain) {
+    const auto arguments = [&](const std::string& folder, const std::string& seed) {
+        return std::vector<std::string>{"-o",      path(folder), "--format", "png",
+                                        "--draft", "2",          "--seed",   seed};
+    };
+    undisturbed(arguments("other", "7"));
+    undisturbed(arguments("whole", "8"));
+    const Files other = files_of(path("other")), expected = files_of(path("whole"));
+    const std::string twenty = "slice_0020.png", next = "slice_0021.png";
+    ASSERT_NE(other.at(twenty), expected.at(twenty));
+    ASSERT_NE(expected.at(next), expected.at(twenty));
+    // The digests of a name: those of the file, and that which its print gave it.
+    const auto recorded = [](const std::string& manifest, const std::string& name) {
+        std::vector<std::string> digests;
+        const std::string before = '"' + name + "\": \"";
+        for (size_t at = manifest.find(before); at != std::string::npos;
+             at = manifest.find(before, at + 1))
+            digests.push_back(manifest.substr(at + before.size(), 64));
+        return digests;
+    };
+    const auto replace = [](std::string* text, const std::string& from, const std::string& to) {
+        ASSERT_NE(text->find(from), std::string::npos);
+        text->replace(text->find(from), from.size(), to);
+    };
+    // Puts what lies in `from` under `source` in the place `name`.
+    const auto put = [&](const Files& from, const std::string& source, const std::string& name) {
+        std::string manifest = read_file(path("a/manifest.json"));
+        const auto there = recorded(from.at("manifest.json"), source),
+                   here = recorded(expected.at("manifest.json"), name);
+        ASSERT_EQ(there.size(), here.size());
+        ASSERT_GE(here.size(), 1U);
+        for (size_t i = 0; i < here.size(); ++i)
+            replace(&manifest, '"' + name + "\": \"" + here[i], '"' + name + "\": \"" + there[i]);
+        const std::string before = read_file(path("a/manifest.json"));
+        std::string sums = read_file(path("a/SHA256SUMS"));
+        replace(&sums, here[0] + "  " + name, there[0] + "  " + name);
+        replace(&sums, hex_text(sha256(before)), hex_text(sha256(manifest)));
+        scratch_.write("a/manifest.json", manifest);
+        scratch_.write("a/SHA256SUMS", sums);
+        scratch_.write("a/" + name, from.at(source));
+    };
+    std::vector<std::string> again = arguments("a", "8");
+    again.push_back("--resume");
+    for (const bool of_another : {true, false}) {
+        fs::remove_all(path("a"));
+        fs::copy(path("whole"), path("a"));
+        put(of_another ? other : expected, of_another ? twenty : next, twenty);
+        if (!of_another) put(expected, twenty, next);
+        EXPECT_EQ(run({"/bin/sh", "-c",
+                       "cd '" + path("a") + "' && sha256sum --check --strict SHA256SUMS"})
+                      .exit_code,
+                  0);
+        const Outcome told = run({program("openfab"), "verify", path("a")});
+        EXPECT_EQ(told.exit_code, 1);
+        EXPECT_THAT(told.err, HasSubstr(fmt::format(tools::messages::kFileOfOther, twenty)));
+        EXPECT_THAT(print(again).err, HasSubstr("(19 resumed)"));
+        EXPECT_TRUE(files_of(path("a")) == expected) << of_another;
+    }
+}
+
+/// Who seals other slices for a print contradicts the hash of all of them, which is of the voxels.
+TEST_F(Resume, SlicesThatContradictTheHashOfThePrintAreMadeAgain) {
+    const std::vector<std::string> arguments{"-o", path("a"), "--format", "png", "--draft", "4"};
+    undisturbed(arguments);
+    const Files expected = files_of(path("a"));
+    std::string manifest = expected.at("manifest.json");
+    const size_t at = manifest.find("\"hash\": \"");
+    ASSERT_NE(at, std::string::npos);
+    char& digit = manifest[at + 9];
+    digit = digit == '0' ? '1' : '0';
+    scratch_.write("a/manifest.json", manifest);
+    std::vector<std::string> again = arguments;
+    again.push_back("--resume");
+    const Outcome refused = print(again);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.err, testing::Says(raster::messages::kHashOfOther));
+    EXPECT_EQ(print(again).exit_code, 0);
+    EXPECT_TRUE(files_of(path("a")) == expected);
 }
 
 TEST_F(Resume, GreyPicturesGoOn) {
