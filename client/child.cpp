@@ -16,6 +16,7 @@
 
 #include "base/clean_exit.h"
 #include "base/clock.h"
+#include "base/exit_kind.h"
 #include "base/input_file.h"
 #include "base/say.h"
 #include "base/start_program.h"
@@ -29,7 +30,7 @@ namespace {
 std::atomic<int64_t> memory_of_programs{0};
 
 int code_of(int status) {
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : kExitBySignal + WTERMSIG(status);
 }
 
 }  // namespace
@@ -127,17 +128,12 @@ Error relayed_error(const std::string& said, int code) {
     // From the line that has the error on; what was said before are notes of its own.
     const size_t at = said.rfind("error: ");
     const size_t begin = at == std::string::npos ? 0 : said.rfind('\n', at) + 1;
-    if (begin < said.size()) say(said.substr(begin));
-    for (const ErrorCode one :
-         {ErrorCode::kUserInput, ErrorCode::kUsage, ErrorCode::kOutside, ErrorCode::kInterrupted}) {
-        if (code == exit_code(one))
-            return Error{
-                one, said.empty() ? fmt::format(messages::kProgramEndedWith, code) : "", "", {}};
-    }
-    return Error{ErrorCode::kInternal,
-                 said.empty() ? fmt::format(messages::kProgramEndedWith, code) : "",
-                 "",
-                 {}};
+    const ErrorCode kind = kind_of_exit(code);
+    const bool interrupted = kind == ErrorCode::kInterrupted;
+    const bool tells = begin < said.size();
+    if (tells && (!interrupted || claim_interrupted())) say(said.substr(begin));
+    const bool told = tells || interrupted;
+    return Error{kind, told ? "" : fmt::format(messages::kProgramEndedWith, code), "", {}};
 }
 
 std::string end_of_file(const std::filesystem::path& file, int64_t most) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/caret.h"
+#include "base/exit_kind.h"
 #include "base/json_text.h"
 #include "client/child.h"
 #include "client/members.h"
@@ -67,8 +68,8 @@ Error print_error(const std::string& err, int code) {
         parse_json(std::string_view(err).substr(from, err.find('\n', from) - from), "error");
     if (!event) return relayed_error(err, code);
     Error error = error_of(*event);
-    error.code =
-        code == exit_code(ErrorCode::kOutside) ? ErrorCode::kOutside : ErrorCode::kUserInput;
+    const ErrorCode kind = kind_of_exit(code);
+    error.code = kind == ErrorCode::kUsage ? ErrorCode::kUserInput : kind;
     return error;
 }
 

@@ -64,6 +64,7 @@ void on_signal(int signal, siginfo_t* info, void*) {
         alarm(kGraceSeconds);
         return;
     }
+    begin_ending();
     write_text();
     end_cleanly(exit_code_at_once.load());
 }

@@ -12,6 +12,7 @@
 
 #include "backends/job/recorded_sink.h"
 #include "backends/raster/fraction_file.h"
+#include "base/clean_exit.h"
 #include "base/near_miss.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -30,6 +31,7 @@
 #include "program/progress.h"
 #include "program/slab_watch.h"
 #include "program/statistics.h"
+#include "program/stop_reason.h"
 #include "program/supersample.h"
 #include "runtime/part/settings.h"
 #include "runtime/pipeline/messages.h"
@@ -63,10 +65,11 @@ void show_summary(const pipeline::PrintStatistics& statistics, const pipeline::P
         statistics.slices, resumed, format_seconds(statistics.seconds_total), rate, materials));
 }
 
-/// Adds how to resume a print of which slices are there, and which ended early for a temporary reason.
+/// Adds how to resume a print of which slices are there, and which ended early for a temporary reason. For other commands
+/// it is no advice: they have no `--resume`, and what was printed for them is gone.
 Error add_resume_hint(Error error, const Options& options, const backends::Format* format) {
     const bool passes = error.code == ErrorCode::kOutside || error.code == ErrorCode::kInterrupted;
-    if (passes && format != nullptr && can_be_resumed(options, *format) &&
+    if (passes && !has_starter() && format != nullptr && can_be_resumed(options, *format) &&
         options.fractions_file.empty())
         error.help += std::string(error.help.empty() ? "" : "; ") + messages::kResumeHelp;
     return error;

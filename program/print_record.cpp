@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/print_record.h"
 
-#include <string.h>
-#include <unistd.h>
-
 #include <cstdlib>
 #include <set>
 #include <string>
@@ -16,7 +13,6 @@
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/sha256.h"
-#include "program/interrupt.h"
 #include "world/printer_list.h"
 
 namespace openfab::program {
@@ -104,25 +100,6 @@ std::unique_ptr<job::Record> make_record(const Options& options, const Job& job,
     facts.inputs = job::read_inputs(
         files_of(options, job, facts.compilation.value_or(std::vector<job::OptionWords>())));
     return std::make_unique<job::Record>(std::move(file), std::move(facts), options.resume);
-}
-
-job::StopReason signal_reason() {
-    const StopSignal signal = last_stop_signal();
-    job::StopReason reason;
-    reason.by = "signal";
-    if (const char* name = ::sigabbrev_np(signal.number); name != nullptr)
-        reason.signal = std::string("SIG") + name;
-    // Our own number stands for the program that started us and is gone.
-    if (signal.sender != ::getpid()) reason.sender = signal.sender;
-    return reason;
-}
-
-job::StopReason stop_reason(const Error& error) {
-    if (error.code == ErrorCode::kInterrupted) return signal_reason();
-    job::StopReason reason;
-    reason.by = error.code == ErrorCode::kUserInput ? "limit" : "error";
-    reason.error = error.text();
-    return reason;
 }
 
 }  // namespace openfab::program

@@ -22,10 +22,4 @@ constexpr const char* kCompilationVariable = "OPENFAB_COMPILATION";
 std::unique_ptr<job::Record> make_record(const Options& options, const Job& job,
                                          const backends::Format* format);
 
-/// Says why a print that failed with `error` stopped.
-job::StopReason stop_reason(const Error& error);
-
-/// Says that a signal has come.
-job::StopReason signal_reason();
-
 }  // namespace openfab::program

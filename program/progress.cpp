@@ -9,6 +9,7 @@
 #include <algorithm>
 
 #include "base/caret.h"
+#include "base/clean_exit.h"
 #include "base/json_text.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -45,6 +46,7 @@ double share_done(const pipeline::ProgressEvent& event) {
 /// Writes text that is safe for a terminal, or the bar's own control codes. Failures are ignored: a
 /// print does not end with its viewer.
 void put(std::FILE* stream, const std::string& text) {
+    if (is_ending()) return;  // the handler has said why
     (void)std::fwrite(text.data(), 1, text.size(), stream);
 }
 

@@ -13,7 +13,7 @@
 #include "base/clock.h"
 #include "base/units.h"
 #include "program/messages.h"
-#include "program/print_record.h"
+#include "program/stop_reason.h"
 
 namespace openfab::program {
 

@@ -20,8 +20,8 @@
 #include "program/messages.h"
 #include "program/outputs.h"
 #include "program/prepare.h"
-#include "program/print_record.h"
 #include "program/slab_watch.h"
+#include "program/stop_reason.h"
 
 namespace openfab::program {
 

@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "base/affine.h"
+#include "base/keyed_hash.h"
 #include "base/near_miss.h"
 #include "base/polar.h"
 #include "base/rotation.h"
@@ -330,7 +331,7 @@ std::vector<Placement> BuildReader::group_items(const JsonValue& value, Group* g
 void BuildReader::override_group(const JsonValue& value, const std::string& what,
                                  const UniformBindings& bindings,
                                  std::vector<Placement>* placements) {
-    std::unordered_map<int32_t, std::vector<size_t>> of_object;
+    std::unordered_map<int32_t, std::vector<size_t>, KeyedHash> of_object;
     std::vector<std::string> names;
     for (size_t i = 0; i < placements->size(); ++i) {
         std::vector<size_t>& same = of_object[(*placements)[i].object];

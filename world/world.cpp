@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "base/json.h"
+#include "base/keyed_hash.h"
 #include "base/near_miss.h"
 #include "base/talking_program.h"
 #include "mesh/model/mesh_memory.h"
@@ -114,7 +115,7 @@ class WorldReader {
         world_.support.location = json_.location(value);
         if (value.is(Kind::kString)) {
             world_.support.on = true;
-            std::unordered_map<std::string, int32_t> materials;
+            std::unordered_map<std::string, int32_t, KeyedHash> materials;
             for (const Material& material : world_.materials)
                 materials.emplace(material.name, static_cast<int32_t>(materials.size()));
             if (reference(value, "`support`", "material", materials) >= 0)
@@ -343,7 +344,7 @@ class WorldReader {
 
     /// Returns the index of the object that `value` names; -1 after an error.
     int32_t reference(const JsonValue& value, const std::string& what, const char* kind,
-                      const std::unordered_map<std::string, int32_t>& indices) {
+                      const std::unordered_map<std::string, int32_t, KeyedHash>& indices) {
         const std::string name = json_.string(value, what);
         if (!json_.ok()) return -1;
         const auto it = indices.find(name);
@@ -417,7 +418,7 @@ class WorldReader {
     World world_;
     MeshFilesReader mesh_files_{&json_, &files_, &world_};
     int64_t memory_left_;
-    std::unordered_map<std::string, int32_t> mesh_places_, fablet_places_;
+    std::unordered_map<std::string, int32_t, KeyedHash> mesh_places_, fablet_places_;
     std::set<int32_t> file_meshes_;
     std::optional<std::set<std::string>> repaired_;  ///< meshes, once one was looked for
 };

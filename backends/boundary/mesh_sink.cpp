@@ -83,7 +83,7 @@ Result<void> MeshSink::finish(const pipeline::PrintTotals& totals) {
         done = Error{ErrorCode::kInterrupted, messages::kEndedEarly};
     } else {
         done = mesher_->finish();
-        if (done) done = writer_->end();
+        if (done) done = writer_->end(totals);
     }
     mesher_.reset();
     writer_.reset();

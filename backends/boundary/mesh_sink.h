@@ -40,13 +40,13 @@ class MeshWriter : public MeshReceiver {
   public:
     virtual Result<void> begin(const pipeline::PrintInfo& info) = 0;
     /// Finishes after the last triangle: the files are completely on the disk, or an error.
-    virtual Result<void> end() = 0;
+    virtual Result<void> end(const pipeline::PrintTotals& totals) = 0;
     // A writer that is destroyed without `end` leaves no files.
 };
 
 /// Writes one binary STL per material: `-o out/part.stl` gives `out/part_white.stl` and so on, for
 /// those materials that have voxels. Files of such names of an earlier print are replaced or
-/// removed. An STL has no shared vertices, so readers find neighbours by position: coincident
+/// removed. Their headers have a digest, the print that they are of, and which slices of it. An STL has no shared vertices, so readers find neighbours by position: coincident
 /// sheets of a material are separated (mesher.h), so that each edge is between two triangles by
 /// position, too.
 std::unique_ptr<MeshWriter> make_stl_writer(const std::filesystem::path& path);

@@ -23,28 +23,46 @@ std::array<uint8_t, kStlHeaderBytes> stl_header(const std::string& title, uint32
 
 namespace {
 
-constexpr std::string_view kDigestMark = " xxh3=";
+constexpr std::string_view kPrintMark = " print=", kDigestMark = " xxh3=";
 constexpr size_t kDigits = 16;
 constexpr size_t kDigestAt = kStlTitleBytes - kDigestMark.size() - kDigits;
+constexpr size_t kPrintAt = kDigestAt - kPrintMark.size() - kDigits;
+static_assert(kPrintAt == kStlOwnTitleBytes);
+
+bool read_mark(const char* title, size_t at, std::string_view mark, uint64_t* out) {
+    const char* const end = title + at + mark.size() + kDigits;
+    return std::string_view(title + at, mark.size()) == mark &&
+           std::from_chars(title + at + mark.size(), end, *out, 16).ptr == end;
+}
 
 }  // namespace
 
-void put_stl_digest(uint64_t digest, std::array<uint8_t, kStlHeaderBytes>* header) {
-    const std::string text = fmt::format("{}{:0{}x}", kDigestMark, digest, kDigits);
+void put_stl_marks(const StlMarks& marks, std::array<uint8_t, kStlHeaderBytes>* header) {
+    const std::string text = fmt::format("{}{:0{}x}{}{:0{}x}", kPrintMark, marks.print, kDigits,
+                                         kDigestMark, marks.digest, kDigits);
     // Zeros would end the title before it.
     uint8_t* const title = header->data();
-    std::replace(title, title + kDigestAt, uint8_t{0}, static_cast<uint8_t>(' '));
-    std::copy(text.begin(), text.end(), title + kDigestAt);
+    std::replace(title, title + kPrintAt, uint8_t{0}, static_cast<uint8_t>(' '));
+    std::copy(text.begin(), text.end(), title + kPrintAt);
 }
 
-std::optional<uint64_t> stl_digest(const std::array<uint8_t, kStlHeaderBytes>& header) {
-    const char* const at = reinterpret_cast<const char*>(header.data()) + kDigestAt;
-    const char* const end = at + kDigestMark.size() + kDigits;
-    uint64_t digest = 0;
-    if (std::string_view(at, kDigestMark.size()) != kDigestMark ||
-        std::from_chars(at + kDigestMark.size(), end, digest, 16).ptr != end)
+std::optional<StlMarks> stl_marks(const std::array<uint8_t, kStlHeaderBytes>& header) {
+    const char* const title = reinterpret_cast<const char*>(header.data());
+    StlMarks marks;
+    if (!read_mark(title, kPrintAt, kPrintMark, &marks.print) ||
+        !read_mark(title, kDigestAt, kDigestMark, &marks.digest))
         return {};
-    return digest;
+    return marks;
+}
+
+std::string safe_file_name(const std::string& name) {
+    std::string out;
+    for (char c : name) {
+        const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                          (c >= '0' && c <= '9') || c == '-' || c == '.';
+        out += fine ? c : '_';
+    }
+    return out;
 }
 
 void put_stl_facet(const std::array<Vec3f, 3>& corners, uint8_t* out) {

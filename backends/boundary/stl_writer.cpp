@@ -21,15 +21,25 @@ namespace {
 
 constexpr int64_t kMostTriangles = UINT32_MAX;
 
-/// Letters, digits, `-` and `.` are safe in every file system and on every command line.
-std::string file_name_of(const std::string& name) {
-    std::string out;
-    for (char c : name) {
-        const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                          (c >= '0' && c <= '9') || c == '-' || c == '.';
-        out += fine ? c : '_';
+/// A number that the files of a print share, and those of another do not.
+uint64_t number_of(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals) {
+    Hasher hash;
+    const auto add = [&](const auto& value) { hash.add_bytes(&value, sizeof value); };
+    add(totals.hash);
+    for (int a = 0; a < 3; ++a) {
+        add(info.pitch_mm[a]);
+        add(info.origin_mm[a]);
+        add(info.size[a]);
     }
-    return out;
+    add(info.slice_begin);
+    add(info.slice_end);
+    for (const auto& [name, value] : info.provenance) {
+        for (const std::string& text : {name, value}) {
+            add(text.size());
+            hash.add_bytes(text.data(), text.size());
+        }
+    }
+    return hash.value();
 }
 
 class StlWriter final : public MeshWriter {
@@ -73,14 +83,14 @@ class StlWriter final : public MeshWriter {
         return file.part->write(facets_);
     }
 
-    Result<void> end() override {
+    Result<void> end(const pipeline::PrintTotals& totals) override {
         for (File& file : files_) {
             if (file.part == nullptr) continue;
             Result<backends::OutputFile*> out = file.part->flushed();
             if (!out) return out.error();
             std::array header = stl_header(title_of(static_cast<size_t>(&file - files_.data())),
                                            static_cast<uint32_t>(file.triangles));
-            put_stl_digest(file.hash.value(), &header);
+            put_stl_marks({file.hash.value(), number_of(info_, totals)}, &header);
             if (Result<void> put = (*out)->overwrite(0, header); !put) return put;
             if (Result<void> synced = file.part->sync(); !synced) return synced;
         }
@@ -110,8 +120,11 @@ class StlWriter final : public MeshWriter {
     };
 
     std::string title_of(size_t material) const {
-        return fmt::format("binary STL in millimetres, material {}",
-                           info_.materials[material].name);
+        const std::string& name = info_.materials[material].name;
+        if (info_.slice_begin == 0 && info_.slice_end == info_.size.z)
+            return fmt::format("STL in mm, material {}", name);
+        return fmt::format("STL in mm, slices {}:{} of {}, {}", info_.slice_begin, info_.slice_end,
+                           info_.size.z, name);
     }
 
     Result<void> open(size_t material) {
@@ -137,12 +150,12 @@ std::unique_ptr<MeshWriter> make_stl_writer(const std::filesystem::path& path) {
 
 std::filesystem::path stl_path(const std::filesystem::path& path, const pipeline::PrintInfo& info,
                                size_t material) {
-    const std::string name = file_name_of(info.materials[material].name);
+    const std::string name = safe_file_name(info.materials[material].name);
     // Names that are equal now, on case-insensitive file systems, are numbered.
     bool taken = false;
     for (size_t m = 0; m < info.materials.size() && !taken; ++m)
-        taken =
-            m != material && lower_ascii(file_name_of(info.materials[m].name)) == lower_ascii(name);
+        taken = m != material &&
+                lower_ascii(safe_file_name(info.materials[m].name)) == lower_ascii(name);
     const std::string suffix = taken ? fmt::format("{}_{}", name, material + 1) : name;
     return path.parent_path() /
            fmt::format("{}_{}{}", path.stem().string(), suffix,

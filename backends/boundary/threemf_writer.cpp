@@ -132,7 +132,7 @@ class ThreemfWriter final : public MeshWriter {
         return mesh.triangles->append({text_.data(), text_.size()});
     }
 
-    Result<void> end() override {
+    Result<void> end(const pipeline::PrintTotals&) override {
         int64_t bytes = kGlueBytes + kColorBytes * static_cast<int64_t>(colors_.colors().size());
         bool any = false;
         const auto end_one = [&](backends::DeflateSpool* spool) -> Result<void> {
@@ -285,15 +285,23 @@ class ThreemfWriter final : public MeshWriter {
             [this](std::span<const uint8_t> bytes) { return package_->write_packed(bytes); });
     }
 
+    /// Which slices are here, where others are elsewhere.
+    std::string part_of_print() const {
+        if (info_.slice_begin == 0 && info_.slice_end == info_.size.z) return {};
+        return fmt::format("<metadata name=\"Description\">slices {} to {} of {}</metadata>\n",
+                           info_.slice_begin, info_.slice_end - 1, info_.size.z);
+    }
+
     std::string head() const {
         std::string text = fmt::format(
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
             "<model unit=\"millimeter\" xml:lang=\"en-US\" "
             "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"{}>\n"
             "<metadata name=\"Title\">{}</metadata>\n"
-            "<metadata name=\"Application\">OpenFab</metadata>\n"
+            "<metadata name=\"Application\">OpenFab</metadata>\n{}"
             "<resources>\n",
-            kind_ == Kind::kColored ? kColorNamespace : "", backends::escape_xml(info_.title));
+            kind_ == Kind::kColored ? kColorNamespace : "", backends::escape_xml(info_.title),
+            part_of_print());
         if (kind_ == Kind::kColored) {
             text += fmt::format("<m:colorgroup id=\"{}\">\n", kMaterialsId);
             for (const Rgba color : colors_.colors())

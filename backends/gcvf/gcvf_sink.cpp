@@ -51,7 +51,8 @@ std::array<float, 6> bounds(const pipeline::PrintInfo& info, const pipeline::Pri
 
 }  // namespace
 
-std::string config_xml(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals) {
+std::string config_xml(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
+                       bool flip_x) {
     std::string materials;
     for (size_t m = 0; m < info.materials.size(); ++m) {
         const size_t code = m + 1;
@@ -88,10 +89,12 @@ std::string config_xml(const pipeline::PrintInfo& info, const pipeline::PrintTot
         "    <BackGroundMaterialRGBA>{}</BackGroundMaterialRGBA>\n"
         "{}"
         "  </MaterialList>\n"
+        "  <!-- openfab slices=\"{}:{}\" of=\"{}\" flipped=\"{}\" hash=\"{:016x}\" -->\n"
         "</GCVF>\n",
         25.4 / info.pitch_mm.x, 25.4 / info.pitch_mm.y, std::llround(info.pitch_mm.z * 1e6),
         info.size.x, info.size.y, info.slice_end - info.slice_begin, kMostMaterials, kPrefix,
-        rgba({0, 0, 0, 0}), materials);
+        rgba({0, 0, 0, 0}), materials, info.slice_begin, info.slice_end, info.size.z,
+        flip_x ? 1 : 0, totals.hash);
 }
 
 Result<void> GcvfSink::begin(const pipeline::PrintInfo& info) {
@@ -163,7 +166,7 @@ Result<void> GcvfSink::add(int32_t z, std::span<const uint8_t> bytes) {
 }
 
 Result<void> GcvfSink::write_rest(const pipeline::PrintTotals& totals) {
-    Result<void> done = package_->add("ConfigFile.xml", config_xml(info_, totals));
+    Result<void> done = package_->add("ConfigFile.xml", config_xml(info_, totals, flip_x_));
     if (done) done = mesh_->finish(package_.get(), "Mesh.stl");
     if (done) {
         const std::array<float, 6> box = bounds(info_, totals);

@@ -39,7 +39,8 @@ constexpr size_t kMostMaterials = 6;
 constexpr int64_t kBytesPerColumn = 2 + 32 / 8 + 1;
 
 /// Returns the text of `ConfigFile.xml`.
-std::string config_xml(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals);
+std::string config_xml(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
+                       bool flip_x);
 
 class GcvfSink : public pipeline::SliceSink {
   public:

@@ -184,6 +184,11 @@ bool Record::has_started() const {
     return started_;
 }
 
+bool Record::has_stopped() const {
+    const std::lock_guard lock(mutex_);
+    return stopped_;
+}
+
 std::string Record::trouble() const {
     const std::lock_guard lock(mutex_);
     return trouble_;

@@ -71,6 +71,8 @@ class Record {
     void complete(uint64_t hash);
 
     bool has_started() const;
+    /// Whether a stop was told since the last start.
+    bool has_stopped() const;
     /// Returns why the record could not be written; empty where it could.
     std::string trouble() const;
 

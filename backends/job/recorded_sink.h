@@ -16,7 +16,7 @@ namespace openfab::job {
 class RecordedSink : public pipeline::SliceSink {
   public:
     /// `record` must outlive this. `from`: see Record::start.
-    /// `cut`: the reason of a stop of which only this sink knows.
+    /// `cut`: the reason of a stop of which only this sink knows, unless its host said why before.
     RecordedSink(std::unique_ptr<pipeline::SliceSink> sink, Record* record, std::string from = {},
                  StopReason cut = {})
         : sink_(std::move(sink)), record_(record), from_(std::move(from)), cut_(std::move(cut)) {}
@@ -42,7 +42,7 @@ class RecordedSink : public pipeline::SliceSink {
     Result<void> finish(const pipeline::PrintTotals& totals) override {
         Result<void> done = sink_->finish(totals);
         if (done && totals.complete) record_->complete(totals.hash);
-        if (!totals.complete && !cut_.by.empty()) record_->stop(cut_);
+        if (!totals.complete && !cut_.by.empty() && !record_->has_stopped()) record_->stop(cut_);
         return done;
     }
 

@@ -31,7 +31,12 @@ constexpr const char* kHandoff = "HANDOFF.txt";
 /// Reads a file; empty where it does not exist, an error where it cannot be read.
 Result<std::string> read_bytes(const std::filesystem::path& file) {
     std::error_code status;
-    if (!std::filesystem::exists(file, status)) return std::string();
+    const std::filesystem::file_status there = std::filesystem::status(file, status);
+    if (!std::filesystem::exists(there)) return std::string();
+    if (!std::filesystem::is_regular_file(there))
+        return user_error(fmt::format(
+            messages::kNotAFile, file.string(),
+            std::filesystem::is_directory(there) ? messages::kIsAFolder : messages::kIsNoFile));
     const Result<InputFile> opened = InputFile::open(file);
     if (opened) {
         if (Result<std::string> bytes = opened->read_all(opened->bytes()); bytes) return bytes;

@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cinttypes>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <string_view>
@@ -81,6 +83,23 @@ class Config final : public XmlHandler {
     std::string text_;
     bool in_material_ = false;
 };
+
+/// Reads the comment of ours in a configuration; none in those of others.
+std::optional<PrintFile::Note> read_note(const std::string& config) {
+    const size_t at = config.find("<!-- openfab ");
+    if (at == std::string::npos) return {};
+    PrintFile::Note note;
+    int flipped = 0;
+    const int read = std::sscanf(
+        config.c_str() + at,
+        "<!-- openfab slices=\"%d:%d\" of=\"%d\" flipped=\"%d\" hash=\"%" SCNx64 "\" -->",
+        &note.slice_begin, &note.slice_end, &note.slices_of_whole, &flipped, &note.hash);
+    note.flipped_x = flipped != 0;
+    const bool fits = note.slice_begin >= 0 && note.slice_end > note.slice_begin &&
+                      note.slices_of_whole >= note.slice_end;
+    constexpr int kFields = 5;
+    return read == kFields && fits ? std::optional(note) : std::nullopt;
+}
 
 /// Reads `r g b a`.
 bool read_color(std::string_view text, Rgba* out) {
@@ -203,6 +222,9 @@ Result<void> GcvfPrint::read_config() {
     info_.pitch_mm = {kMillimetresAnInch / resolution[0], kMillimetresAnInch / resolution[1],
                       resolution[2] / kNanometresAMillimetre};
     info_.slice_end = info_.size.z;
+    note_ = read_note(*text);
+    if (note_ && note_->slice_end - note_->slice_begin != info_.size.z)
+        return lacks("NumberOfSlices");
     info_.title = std::filesystem::path(path_).stem().string();
     first_name_ = static_cast<int32_t>(first);
     prefix_ = config.find("ImageFilePrefix");

@@ -26,6 +26,7 @@ class GcvfPrint final : public PrintFile {
     int32_t whole_slices() const override { return whole_; }
     std::optional<pipeline::PrintTotals> totals() const override { return totals_; }
     bool look_again() override { return false; }
+    std::optional<Note> note() const override { return note_; }
     bool was_replaced() const override;
     Result<void> read_slice(int32_t z, SliceBuffers* buffers) const override;
 
@@ -44,6 +45,7 @@ class GcvfPrint final : public PrintFile {
     std::array<uint8_t, 4> background_{};
     int32_t whole_ = 0;
     std::optional<pipeline::PrintTotals> totals_;
+    std::optional<Note> note_;
 };
 
 }  // namespace openfab::prints

@@ -45,6 +45,14 @@ class PrintFile {
     /// Returns whether the path leads to another print by now, or this one was begun anew.
     virtual bool was_replaced() const = 0;
 
+    /// What a file tells of the whole print in other words than those of its format; none tells nothing.
+    struct Note {
+        int32_t slice_begin = 0, slice_end = 0, slices_of_whole = 0;
+        bool flipped_x = false;  ///< its pictures are mirrored
+        uint64_t hash = 0;       ///< of its slices, as the print had them
+    };
+    virtual std::optional<Note> note() const { return {}; }
+
     /// Reads one slice into `buffers->rows` and checks it.
     virtual Result<void> read_slice(int32_t z, SliceBuffers* buffers) const = 0;
 

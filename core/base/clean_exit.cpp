@@ -15,20 +15,25 @@
 #include <csignal>
 #include <cstdlib>
 #include <mutex>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <vector>
+
+#include "base/result.h"
+#include "base/standard_error.h"
 
 namespace openfab {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// How the process is to end: an exit code, or a negated signal number. Signal handlers send it
-/// through a pipe to the cleaner thread, since a handler may not remove files.
+/// The exit code with which the process is to end. Signal handlers send it through a pipe to the
+/// cleaner thread, since a handler may not remove files.
 using Ending = int;
 
 std::atomic<int> pipe_to_cleaner{-1};
+std::atomic<bool> ending{false}, interruption_told{false};
 static_assert(std::atomic<int>::is_always_lock_free, "a handler must not wait");
 
 struct Listed {
@@ -106,11 +111,7 @@ void clean(int pipe) {
     Listed& all = listed();
     const std::lock_guard<std::mutex> lock(all.mutex);
     remove_all_listed(all);
-    if (how >= 0) ::_exit(how);
-    std::signal(-how, SIG_DFL);
-    ::kill(::getpid(), -how);
-    constexpr int kSignalled = 128;
-    ::_exit(kSignalled - how);
+    ::_exit(how);
 }
 
 /// Starts the cleaner thread. If that fails, signals end the process immediately, without cleaning.
@@ -129,16 +130,19 @@ bool ask_cleaner(Ending how) {
     return pipe >= 0 && ::write(pipe, &how, sizeof how) == sizeof how;
 }
 
-void on_signal(int signal) {
+void on_signal(int) {
     const int before = errno;
-    if (!ask_cleaner(-signal)) {
-        std::signal(signal, SIG_DFL);
-        ::raise(signal);
-    }
+    begin_ending();
+    tell_interrupted();
+    end_cleanly(exit_code(ErrorCode::kInterrupted));
     errno = before;
 }
 
 }  // namespace
+
+bool has_starter() {
+    return std::getenv(kEndsWith) != nullptr;
+}
 
 void end_with_starter() {
     static std::once_flag once;
@@ -158,8 +162,38 @@ void end_with_starter() {
     });
 }
 
+void tell_interrupted() {
+    if (!claim_interrupted()) return;
+    constexpr std::string_view kLine = "error: interrupted\n";
+    [[maybe_unused]] const ssize_t wrote =
+        ::write(message_descriptor(), kLine.data(), kLine.size());
+}
+
+bool claim_interrupted() {
+    return !interruption_told.exchange(true);
+}
+
+void unclaim_interrupted() {
+    interruption_told.store(false);
+}
+
+void begin_ending() {
+    ending.store(true);
+}
+
+bool is_ending() {
+    return ending.load();
+}
+
+void wait_if_ending() {
+    while (is_ending())
+        ::pause();
+}
+
 void clean_up_on_signals() {
     end_with_starter();
+    const char* const told = std::getenv(kStarterTells);
+    if (told != nullptr && std::string_view(told) == "1") interruption_told.store(true);
     // A file that may not grow is an error of the write, which has a message.
     std::signal(SIGXFSZ, SIG_IGN);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {

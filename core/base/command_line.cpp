@@ -93,7 +93,7 @@ int run_command_line(CLI::App* app, int argc, const char* const* argv, const std
     }
     if (done) done = written_out();
     if (done) return 0;
-    return done.error().message.empty() ? exit_code(done.error().code) : say_error(done.error());
+    return say_error(done.error());
 }
 
 }  // namespace openfab

@@ -11,6 +11,7 @@
 #include <unordered_map>
 
 #include "base/input_file.h"
+#include "base/keyed_hash.h"
 #include "base/messages.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
@@ -260,7 +261,7 @@ class TreeReader {
     }
     bool read_members(JsonValue* object) {
         if (take('}')) return true;
-        std::unordered_map<std::string, size_t> indices;  // of many keys
+        std::unordered_map<std::string, size_t, KeyedHash> indices;  // of many keys
         do {
             skip_blanks();
             if (!text_.substr(at_).starts_with('"')) return refuse(messages::kExpectedKey);
@@ -291,7 +292,7 @@ class TreeReader {
                   [&](int32_t x, int32_t y) { return members[x].key < members[y].key; });
     }
     static const JsonMember* same_key(const JsonValue& object, const std::string& key,
-                                      std::unordered_map<std::string, size_t>* indices) {
+                                      std::unordered_map<std::string, size_t, KeyedHash>* indices) {
         const std::vector<JsonMember>& members = object.members;
         if (members.size() < kFewKeys) return object.find(key);
         for (size_t i = indices->size(); i < members.size(); ++i)

@@ -18,7 +18,9 @@
 namespace openfab {
 
 int run_main(int (*program)(int argc, char** argv), int argc, char** argv) noexcept {
-    return run_guarded([&] { return program(argc, argv); });
+    const int code = run_guarded([&] { return program(argc, argv); });
+    wait_if_ending();
+    return code;
 }
 
 void run_thread(const std::function<void()>& body) noexcept {

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "base/caret.h"
+#include "base/clean_exit.h"
 #include "base/messages.h"
 #include "base/standard_error.h"
 #include "base/text.h"
@@ -63,6 +64,7 @@ int message_descriptor() {
 }
 
 void say(std::string_view text) {
+    if (is_ending()) return;  // what ends with it has its own troubles
     const std::string safe = printable_lines(text);
     if (messages_to == STDERR_FILENO) {
         (void)std::fwrite(safe.data(), 1, safe.size(), stderr);
@@ -86,7 +88,12 @@ void warn(std::string_view message) {
 }
 
 int say_error(const Error& error) {
-    say(render_error(error));
+    const bool interrupted = error.code == ErrorCode::kInterrupted;
+    if (interrupted && error.message.empty()) {
+        tell_interrupted();
+    } else if (!error.message.empty() && (!interrupted || claim_interrupted())) {
+        say(render_error(error));
+    }
     return exit_code(error.code);
 }
 

@@ -22,7 +22,8 @@ void say(std::string_view text);
 /// Write one line to standard error: `note: message`, `warning: message`.
 void note(std::string_view message);
 void warn(std::string_view message);
-/// Writes an error, with its source line where it names one (caret.h), and returns the exit code.
+/// Writes an error, with its source line where it names one (caret.h), and returns the exit code. One without a message
+/// has been said before; an interruption is said once (clean_exit.h).
 int say_error(const Error& error);
 
 /// Writes a message to standard output; written_out reports failures.

@@ -50,6 +50,8 @@ int start_program(const ProgramStart& start, pid_t* process) {
     argv.push_back(nullptr);
     std::vector<std::string> more = start.environment;
     more.push_back(fmt::format("{}={}", kEndsWith, ::getpid()));
+    const bool shares = start.err == STDERR_FILENO && !start.tells_interruption;
+    more.push_back(fmt::format("{}={}", kStarterTells, shares ? 1 : 0));
     const std::vector<char*> environment = variables(&more);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);

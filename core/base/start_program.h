@@ -14,11 +14,12 @@
 namespace openfab {
 
 struct ProgramStart {
-    std::vector<std::string> argv;  ///< the first is its path
-    bool search = false;            ///< looks for it along the PATH
-    std::filesystem::path folder;   ///< where it runs; empty: where we do
-    int in = 0, out = 1, err = 2;   ///< our descriptors, which become its first three
-    bool own_group = false;         ///< of processes: Ctrl-C does not reach it
+    std::vector<std::string> argv;    ///< the first is its path
+    bool search = false;              ///< looks for it along the PATH
+    std::filesystem::path folder;     ///< where it runs; empty: where we do
+    int in = 0, out = 1, err = 2;     ///< our descriptors, which become its first three
+    bool own_group = false;           ///< of processes: Ctrl-C does not reach it
+    bool tells_interruption = false;  ///< itself, though it writes to our standard error
     /// `NAME=VALUE`, in place of ours.
     std::vector<std::string> environment;
 };

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "base/clean_exit.h"
+#include "base/exit_kind.h"
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/messages.h"
@@ -154,11 +155,9 @@ Error helper_error(int exit_status, std::string message) {
         help = message.substr(end + 2);
         message.resize(end);
     }
-    return {exit_status == exit_code(ErrorCode::kUserInput) ? ErrorCode::kUserInput
-                                                            : ErrorCode::kOutside,
-            std::move(message),
-            std::move(help),
-            {}};
+    const ErrorCode kind = kind_of_exit(exit_status);
+    const bool known = kind == ErrorCode::kUserInput || kind == ErrorCode::kInterrupted;
+    return {known ? kind : ErrorCode::kOutside, std::move(message), std::move(help), {}};
 }
 
 /// Set before threads read it.
@@ -208,7 +207,8 @@ Result<std::vector<std::string>> make_with_helper(const fs::path& image,
         return helper_error(WEXITSTATUS(result->status), messages);
     }
     const int signal = WIFSIGNALED(result->status) ? WTERMSIG(result->status) : 0;
-    if (signal == SIGINT) return Error{ErrorCode::kInterrupted, openfab::messages::kInterrupted};
+    if (kind_of_exit(signal + kExitBySignal) == ErrorCode::kInterrupted)
+        return Error{ErrorCode::kInterrupted, openfab::messages::kInterrupted};
     return outside_error(fmt::format(
         messages::kCannotConvert, image.string(), helper,
         signal != 0 ? fmt::format(messages::kEndedBySignal, signal)

@@ -17,6 +17,8 @@
 #include "backends/formats/formats.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/slice_digests.h"
+#include "base/clean_exit.h"
+#include "base/exit_kind.h"
 #include "base/input_file.h"
 #include "base/jail.h"
 #include "base/json_text.h"
@@ -280,15 +282,14 @@ Result<void> reprint_archive(const ArchiveArguments& arguments) {
     if (!programs) return programs.error();
     std::vector<std::string> argv{(*programs / "openfab").string(), "print"};
     argv.insert(argv.end(), words->begin(), words->end());
-    const Result<int> code = run_program(argv);
+    // The print tells it, with what there is to say.
+    const bool tells = claim_interrupted();
+    const Result<int> code = run_program(argv, tells);
+    if (tells && code && *code == 0) unclaim_interrupted();
     if (!code) return code.error();
     if (*code != 0) {
-        ErrorCode kind = ErrorCode::kInternal;
-        for (const ErrorCode each : {ErrorCode::kUserInput, ErrorCode::kUsage, ErrorCode::kOutside,
-                                     ErrorCode::kInterrupted}) {
-            if (*code == exit_code(each)) kind = each;
-        }
-        return Error{kind, fmt::format(messages::kReprintFailed, arguments.file), "", {}};
+        return Error{
+            kind_of_exit(*code), fmt::format(messages::kReprintFailed, arguments.file), "", {}};
     }
     const Result<std::string> hash = hash_of_print(arguments.output);
     if (!hash) return hash.error();

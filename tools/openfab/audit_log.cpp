@@ -50,17 +50,33 @@ AuditLog::~AuditLog() {
     ::close(descriptor_);
 }
 
-void AuditLog::add(const char* event, const std::string& from, const std::string& print,
-                   int32_t slice, const std::string& text) {
+namespace {
+
+std::string line_of(const char* event, const std::string& from, const std::string& print,
+                    int32_t slice, const std::string& text) {
     JsonText out;
     out.begin_object().member("time", utc_now()).member("event", event).member("from", from);
     out.member("print", print).member("slice", slice).member("text", text);
-    const std::string line = out.end_object().take() + "\n";
-    const ssize_t wrote = ::write(descriptor_, line.data(), line.size());
-    const bool fine = wrote == static_cast<ssize_t>(line.size()) &&
-                      (::fdatasync(descriptor_) == 0 || errno == EINVAL || errno == EROFS);
-    if (!fine && !failed_) warn(fmt::format(messages::kCannotWrite, name_, system_reason(errno)));
-    failed_ = failed_ || !fine;
+    return out.end_object().take() + "\n";
+}
+
+}  // namespace
+
+void AuditLog::add(const char* event, const std::string& from, const std::string& print,
+                   int32_t slice, const std::string& text) {
+    std::string lines = torn_ ? "\n" : "";
+    if (lost_ > 0)
+        lines += line_of("lost", "", print, slice, fmt::format(messages::kLogLinesLost, lost_));
+    lines += line_of(event, from, print, slice, text);
+    const ssize_t wrote = ::write(descriptor_, lines.data(), lines.size());
+    const bool whole = wrote == static_cast<ssize_t>(lines.size());
+    const bool fine = whole && (::fdatasync(descriptor_) == 0 || errno == EINVAL || errno == EROFS);
+    // What was written in part is no line, and what fails without a reason found no room.
+    if (!whole && wrote > 0) errno = ENOSPC;
+    if (!fine && lost_ == 0)
+        warn(fmt::format(messages::kLogNotWritten, name_, system_reason(errno)));
+    lost_ = fine ? 0 : lost_ + 1;
+    torn_ = !whole && (wrote > 0 || torn_);
 }
 
 }  // namespace openfab::tools

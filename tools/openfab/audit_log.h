@@ -5,6 +5,7 @@
 // The audit log of a receiver: who came, what was taken and what was refused, a JSON object a line. It is only ever
 // appended to.
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -20,8 +21,8 @@ class AuditLog {
     AuditLog(const AuditLog&) = delete;
     AuditLog& operator=(const AuditLog&) = delete;
 
-    /// Appends `{"time", "event", "from", "print", "slice", "text"}`, at once and to the disk. A line that cannot be
-    /// written is told once.
+    /// Appends `{"time", "event", "from", "print", "slice", "text"}`, at once and to the disk. That lines cannot be
+    /// written, as on a full disk, is told once; when they can again, a line of the event `lost` says how many were.
     void add(const char* event, const std::string& from, const std::string& print, int32_t slice,
              const std::string& text);
 
@@ -30,7 +31,8 @@ class AuditLog {
 
     int descriptor_;
     std::string name_;
-    bool failed_ = false;
+    int64_t lost_ = 0;   ///< lines since the last one that was written
+    bool torn_ = false;  ///< the last one is there in part
 };
 
 }  // namespace openfab::tools

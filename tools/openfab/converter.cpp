@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "base/clean_exit.h"
+#include "base/exit_kind.h"
 #include "base/start_program.h"
 #include "base/text.h"
 #include "tools/openfab/messages.h"
@@ -61,6 +62,9 @@ Result<void> run_converter(const Converter& converter, std::vector<std::string> 
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
     // It has said what is wrong. One that a damaged file has killed has not.
     if (WIFEXITED(status) && WEXITSTATUS(status) == 1) return user_error("");
+    const int code = WIFEXITED(status) ? WEXITSTATUS(status) : kExitBySignal + WTERMSIG(status);
+    if (kind_of_exit(code) == ErrorCode::kInterrupted)
+        return Error{ErrorCode::kInterrupted, "", "", {}};
     if (WIFSIGNALED(status))
         return user_error(fmt::format(messages::kConverterEnded, file.string(), converter.library,
                                       WTERMSIG(status)));

@@ -365,11 +365,11 @@ Result<void> import_step(ImportArguments arguments) {
     if (!scratch) return scratch.error();
     const fs::path solids =
         (*scratch)->path() / (fs::path(arguments.file).stem().string() + ".3mf");
-    if (Result<void> made =
-            run_converter(kStepConverter,
-                          {"--output=" + solids.string(),
-                           fmt::format("--tolerance={:.9g}mm", *tolerance), "--", arguments.file},
-                          arguments.file);
+    if (Result<void> made = run_converter(
+            kStepConverter,
+            {"--output=" + solids.string(), fmt::format("--tolerance={:.9g}mm", *tolerance),
+             "--memory=" + arguments.memory, "--", arguments.file},
+            arguments.file);
         !made)
         return made;
     arguments.file = solids.string();
@@ -383,7 +383,9 @@ Result<void> import_vrml(ImportArguments arguments) {
     if (!scratch) return scratch.error();
     const fs::path obj = (*scratch)->path() / (fs::path(arguments.file).stem().string() + ".obj");
     if (Result<void> made = run_converter(
-            kVrmlConverter, {"--output=" + obj.string(), "--", arguments.file}, arguments.file);
+            kVrmlConverter,
+            {"--output=" + obj.string(), "--memory=" + arguments.memory, "--", arguments.file},
+            arguments.file);
         !made)
         return made;
     arguments.file = obj.string();

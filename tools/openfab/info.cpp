@@ -108,8 +108,17 @@ Result<void> info_of_gcvf(const std::string& file, int64_t memory_bytes) {
     const pipeline::PrintInfo& info = (*print)->info();
     print_grid(info);
     const int32_t whole = (*print)->whole_slices();
-    show(whole == info.size.z ? std::string("complete   yes\n")
-                              : fmt::format(messages::kPackageLacksSlices, whole, info.size.z));
+    const auto note = (*print)->note();
+    const int32_t elsewhere = note ? note->slices_of_whole - info.size.z : 0;
+    if (whole < info.size.z) {
+        show(fmt::format(messages::kPackageLacksSlices, whole, info.size.z));
+    } else {
+        show(elsewhere == 0 ? std::string("complete   yes\n")
+                            : fmt::format(messages::kCompletePart, elsewhere));
+    }
+    if (elsewhere > 0)
+        show(fmt::format(messages::kAreSlicesOfWhole, note->slice_begin, note->slice_end - 1,
+                         note->slices_of_whole));
     show_materials(info, (*print)->totals());
     show_story(file, std::nullopt, 11);
     return {};
@@ -352,7 +361,11 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
                                                     : list_texture(file, *bytes);
     }
     if (file.ends_with(".json")) return info_of_world(file, allow, *bytes);
-    if (mesh::is_mesh_file(file)) return list_mesh(file, {.json = json, .memory_bytes = *bytes});
+    if (mesh::is_mesh_file(file)) {
+        const Result<void> listed = list_mesh(file, {.json = json, .memory_bytes = *bytes});
+        if (listed && !json) show(part_of_mesh(file, *bytes));
+        return listed;
+    }
     if (is_texture_file(file)) return list_texture(file, *bytes);
     return prints::is_gcvf(file) ? info_of_gcvf(file, *bytes) : info_of_ofr(file, *bytes);
 }

@@ -273,7 +273,7 @@ int print_command(int argc, char** argv) {
     if (done) done = written_out();
     if (done) return 0;
     // Compile errors have been printed by the compiler.
-    return done.error().message.empty() ? exit_code(done.error().code) : say_error(done.error());
+    return say_error(done.error());
 }
 
 }  // namespace openfab::tools

@@ -20,6 +20,7 @@
 
 #include "abi/kernel_call.h"
 #include "base/clean_exit.h"
+#include "base/exit_kind.h"
 #include "base/hash.h"
 #include "base/own_folder.h"
 #include "base/say.h"
@@ -154,14 +155,10 @@ Result<uint64_t> program_hash(const PrintProgram& wanted, const fs::path& progra
 }
 
 ErrorCode code_of_exit(int status, const PrintProgram& wanted) {
-    for (const ErrorCode code :
-         {ErrorCode::kUserInput, ErrorCode::kUsage, ErrorCode::kOutside, ErrorCode::kInterrupted}) {
-        if (status != exit_code(code)) continue;
-        // These are the only words of the user's: else our own call of the compiler is wrong.
-        const bool has_words = !wanted.schedules.paths.empty() || !wanted.schedules.params.empty();
-        if (code != ErrorCode::kUsage || has_words) return code;
-    }
-    return ErrorCode::kInternal;
+    const ErrorCode kind = kind_of_exit(status);
+    // These are the only words of the user's: else our own call of the compiler is wrong.
+    const bool has_words = !wanted.schedules.paths.empty() || !wanted.schedules.params.empty();
+    return kind == ErrorCode::kUsage && !has_words ? ErrorCode::kInternal : kind;
 }
 
 /// Hashes the first `bytes` of a file, piece by piece: a program's are not worth memory for all.
@@ -250,9 +247,10 @@ constexpr int kNotLoaded = 127;
 
 }  // namespace
 
-Result<int> run_program(const std::vector<std::string>& arguments) {
+Result<int> run_program(const std::vector<std::string>& arguments, bool tells_interruption) {
     ProgramStart start;
     start.argv = arguments;
+    start.tells_interruption = tells_interruption;
     start.out = STDERR_FILENO;
     pid_t child = 0;
     const int failed = start_program(start, &child);
@@ -269,8 +267,9 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
             fmt::format(messages::kLibrariesNotLoaded, fs::path(arguments[0]).filename().string()));
     }
     if (WIFEXITED(status)) return WEXITSTATUS(status);
-    if (WTERMSIG(status) == SIGINT) return exit_code(ErrorCode::kInterrupted);
     const int signal = WTERMSIG(status);
+    if (kind_of_exit(kExitBySignal + signal) == ErrorCode::kInterrupted)
+        return exit_code(ErrorCode::kInterrupted);
     const std::string ended = fmt::format(messages::kEndedBySignal, arguments[0], signal);
     // Others come from outside, as where memory is short.
     const bool crashed = signal == SIGSEGV || signal == SIGBUS || signal == SIGFPE ||

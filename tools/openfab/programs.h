@@ -43,7 +43,7 @@ struct PrintBinary {
 
 /// Runs a program to its end with our stderr, and stdout on stderr; returns its exit status, or an
 /// error if it cannot start or is ended by a signal.
-Result<int> run_program(const std::vector<std::string>& arguments);
+Result<int> run_program(const std::vector<std::string>& arguments, bool tells_interruption = false);
 
 /// Returns the print binary, compiled unless the cache has it. Its name there is a hash of all its
 /// inputs: the sources and modules beside them, the set, schedules and the files beside them, the

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -19,7 +18,9 @@
 #include "base/input_file.h"
 #include "base/say.h"
 #include "base/units.h"
+#include "program/interrupt.h"
 #include "program/outputs.h"
+#include "program/stop_reason.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/known_printer.h"
 #include "tools/openfab/messages.h"
@@ -129,8 +130,16 @@ Result<void> run_receive(const ReceiveArguments& a) {
         return !*opened ||
                (now && now->device == (*opened)->device && now->number == (*opened)->number);
     };
+    const auto record = std::make_shared<std::shared_ptr<job::Record>>();
+    options.stopped = [record](const Error& why) {
+        const job::StopReason reason = program::stop_reason(why);
+        if (*record != nullptr) (*record)->stop(reason);
+        if (reason.by != "signal") return reason.error;
+        return fmt::format(messages::kStoppedBySignal, reason.signal) +
+               (reason.sender > 0 ? fmt::format(messages::kSentByProcess, reason.sender) : "");
+    };
     const auto open_sink =
-        [print, opened, record = std::shared_ptr<job::Record>()](
+        [print, opened, record](
             const pipeline::PrintInfo& info, bool resumed,
             const std::string& from) mutable -> Result<std::unique_ptr<pipeline::SliceSink>> {
         if (!resumed && is_complete(print)) {
@@ -146,14 +155,17 @@ Result<void> run_receive(const ReceiveArguments& a) {
         facts.format = print.format;
         facts.printer = info.printer;
         // The sink before it is gone by now.
-        record = std::make_shared<job::Record>(file, std::move(facts), resumed);
+        *record = std::make_shared<job::Record>(file, std::move(facts), resumed);
         job::StopReason cut;
         cut.by = "line";
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<job::RecordedSink>(
-            std::move(*sink), record.get(), from, std::move(cut)));
+            std::move(*sink), record->get(), from, std::move(cut)));
     };
     Result<stream::Socket> listening = stream::listen_at(*address);
     if (!listening) return listening.error();
+    options.interrupt =
+        &program::install_interrupt(exit_code(ErrorCode::kInterrupted), messages::kInterruptedLine);
+    const program::DeferredInterrupt deferred;
     say(fmt::format(messages::kListeningAt, stream::listening_text(*listening, *address)));
     return Receiver(std::move(*listening), std::move(options), open_sink).run();
 }

@@ -15,6 +15,7 @@
 #include "backends/ofr/format.h"
 #include "backends/ofr/slice_codec.h"
 #include "base/clock.h"
+#include "base/messages.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -35,7 +36,8 @@ constexpr double kByeSeconds = 60;     ///< how long a sender may take to hear t
 constexpr double kDeafSeconds = 2;     ///< for the last words to a client
 constexpr size_t kMostHosts = 256;     ///< whose wrong tokens are remembered
 constexpr double kFirstPause = 0.25;  ///< seconds after a wrong token; doubled for each further one
-constexpr double kLongestPause = 8;   ///< below kOpenSeconds
+constexpr double kInterruptSeconds = 0.2;  ///< until an interrupt is seen
+constexpr double kLongestPause = 8;        ///< below kOpenSeconds
 
 /// Processes of this machine are one host.
 std::string host_of(const std::string& from) {
@@ -302,7 +304,9 @@ Result<void> Receiver::turn() {
         clients.push_back(&client);
     }
     if (kept_ != nullptr) polled.push_back({kept_->fd(), POLLIN, 0});
-    double wait = std::clamp(clock_.due() - seconds_now(), 0.0, 1.0);
+    // A signal may reach another thread.
+    const double most = options_.interrupt != nullptr ? kInterruptSeconds : 1.0;
+    double wait = std::clamp(clock_.due() - seconds_now(), 0.0, most);
     for (const Client& client : clients_) {
         if (client.waits_until != 0)
             wait = std::clamp(client.waits_until - seconds_now(), 0.0, wait);
@@ -338,12 +342,31 @@ void Receiver::summarise() const {
     say(fmt::format(messages::kLinesCut, text, cuts_, order_errors_, checksum_errors_, refused_));
 }
 
+Error Receiver::interrupted() const {
+    const bool any = sink_ != nullptr || is_unfinished_;
+    return {ErrorCode::kInterrupted,
+            any ? fmt::format(messages::kInterruptedBeforeSlice, next_)
+                : std::string(openfab::messages::kInterrupted),
+            "",
+            {}};
+}
+
+/// The story first: what follows may take longer than there is time after a signal.
+void Receiver::end_early(const Error& why) {
+    const std::string reason = options_.stopped ? options_.stopped(why) : why.text();
+    if (options_.log != nullptr) options_.log->add("stop", "", info_.title, next_, reason);
+    close_sink();
+    const bool hurries = why.code == ErrorCode::kInterrupted;
+    for (Client& client : clients_)
+        client.line.send_all(client.out, hurries ? kInterruptSeconds : kDeafSeconds);
+}
+
 Result<void> Receiver::run() {
     for (;;) {
-        if (Result<void> turned = turn(); !turned) {
-            for (Client& client : clients_)
-                client.line.send_all(client.out, kDeafSeconds);
-            close_sink();
+        const bool stops = options_.interrupt != nullptr && options_.interrupt->load();
+        const Result<void> turned = stops ? Result<void>(interrupted()) : turn();
+        if (!turned) {
+            end_early(turned.error());
             return turned;
         }
         const bool heard = bye_ || seconds_now() - complete_at_ > kByeSeconds;

@@ -6,6 +6,7 @@
 // reads back what was kept while a print is resumed: strangers can neither delay a sender nor take
 // more than a bounded amount of memory, and nothing that a sender says names a file.
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <list>
@@ -32,6 +33,10 @@ struct ReceiverOptions {
     int32_t buffer = 20;            ///< slices, where there is a layer time
     /// Whether the output is still there while a print comes into it; may be empty.
     std::function<bool()> output_is_there;
+    const std::atomic<bool>* interrupt = nullptr;  ///< set by a signal; null: none is asked about
+    /// Hears why the print ends before it is whole, before its output is closed; may be empty. Returns
+    /// that in words for the log.
+    std::function<std::string(const Error&)> stopped;
 };
 
 class Receiver {
@@ -100,6 +105,8 @@ class Receiver {
     static int64_t most_bytes(const pipeline::PrintInfo& info);
     int32_t window() const;
     void summarise() const;
+    Error interrupted() const;
+    void end_early(const Error& why);
     /// Says something of a client, and keeps it in the log.
     void tell(const char* event, const std::string& from, const std::string& text) const;
 

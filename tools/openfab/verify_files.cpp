@@ -6,14 +6,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <memory>
 #include <optional>
 #include <set>
 
 #include "abi/stages.h"
-#include "backends/boundary/stl_facet.h"
 #include "backends/common/tee_sink.h"
 #include "backends/raster/fraction_file.h"
 #include "backends/raster/npy.h"
@@ -22,7 +19,6 @@
 #include "backends/raster/slice_files.h"
 #include "backends/read/gcvf_print.h"
 #include "backends/read/print_file.h"
-#include "base/hash.h"
 #include "base/input_file.h"
 #include "base/say.h"
 #include "base/sha256.h"
@@ -381,36 +377,53 @@ Result<void> verify_array(const std::string& file) {
     return {};
 }
 
-Result<void> verify_stl(const std::string& name) {
-    const Result<InputFile> file = InputFile::open(name);
-    if (!file) return with_context(file.error(), fmt::format(messages::kCannotReadFile, name));
-    std::array<uint8_t, boundary::kStlHeaderBytes> header{};
-    const Result<size_t> read = file->read(0, header.data(), header.size());
-    if (!read) return read.error();
-    uint32_t triangles = 0;
-    std::memcpy(&triangles, header.data() + boundary::kStlTitleBytes, sizeof triangles);
-    const int64_t bytes = static_cast<int64_t>(boundary::kStlHeaderBytes) +
-                          int64_t{triangles} * static_cast<int64_t>(boundary::kStlFacetBytes);
-    if (*read != header.size() || file->bytes() != bytes)
-        return user_error(fmt::format(messages::kMeshTooShort, name, file->bytes(), bytes));
-    const std::optional<uint64_t> recorded = boundary::stl_digest(header);
-    if (!recorded) {
-        say(fmt::format(messages::kMeshWithoutDigest, printable(name), triangles));
+namespace {
+
+/// Mirrors packed rows.
+void flip_rows(const pipeline::PrintInfo& info, size_t row_bytes, std::vector<uint8_t>* rows) {
+    std::vector<uint8_t> codes(static_cast<size_t>(info.size.x));
+    for (size_t y = 0; y < static_cast<size_t>(info.size.y); ++y) {
+        uint8_t* const row = rows->data() + y * row_bytes;
+        for (size_t x = 0; x < codes.size(); ++x) {
+            const uint8_t byte = row[info.bits == 8 ? x : x / 2];
+            codes[x] = info.bits == 8 ? byte : x % 2 == 0 ? byte & 0xF : byte >> 4;
+        }
+        std::reverse(codes.begin(), codes.end());
+        backends::pack_row(codes, info.bits, row);
+    }
+}
+
+/// Checks the slices of a package by the hash that it has of them.
+Result<void> verify_slices(const prints::PrintFile& print, size_t parts) {
+    const pipeline::PrintInfo& info = print.info();
+    if (print.whole_slices() < info.size.z) {
+        return user_error(fmt::format(messages::kPackageLacksSlice, print.path(),
+                                      print.whole_slices(), info.size.z));
+    }
+    const auto note = print.note();
+    uint64_t hash = 0;
+    prints::SliceBuffers buffers;
+    for (int32_t z = 0; z < info.size.z; ++z) {
+        if (Result<void> read = print.read_slice(z, &buffers); !read) return read;
+        if (!note) continue;
+        if (note->flipped_x) flip_rows(info, print.row_bytes(), &buffers.rows);
+        hash += pipeline::slice_hash(note->slice_begin + z, buffers.rows.data(), print.row_bytes(),
+                                     info.size.y);
+    }
+    if (!note) {
+        say(fmt::format(messages::kPackageWhole, printable(print.path()), parts));
         return {};
     }
-    Hasher hash;
-    std::vector<uint8_t> piece(1 << 20);
-    for (int64_t at = boundary::kStlHeaderBytes; at < bytes;) {
-        const Result<size_t> some = file->read(at, piece.data(), piece.size());
-        if (!some) return some.error();
-        if (*some == 0) return user_error(fmt::format(messages::kMeshTooShort, name, at, bytes));
-        hash.add_bytes(piece.data(), *some);
-        at += static_cast<int64_t>(*some);
+    if (hash != note->hash) {
+        return user_error(fmt::format(messages::kHashDiffers, print.path(), hash,
+                                      fmt::format("{:016x}", note->hash)));
     }
-    if (hash.value() != *recorded) return user_error(fmt::format(messages::kMeshDiffers, name));
-    say(fmt::format(messages::kMeshWhole, printable(name), triangles));
+    say(fmt::format(messages::kPackageSlicesWhole, printable(print.path()), parts, info.size.z,
+                    hash));
     return {};
 }
+
+}  // namespace
 
 Result<void> verify_package(const std::string& file, int64_t memory_bytes) {
     const Result<std::string> bytes = read_file(file, memory_bytes);
@@ -427,6 +440,7 @@ Result<void> verify_package(const std::string& file, int64_t memory_bytes) {
         const Result<std::unique_ptr<prints::PrintFile>> print =
             prints::PrintFile::open(file, memory_bytes);
         if (!print) return print.error();
+        return verify_slices(**print, names.size());
     } else if (std::ranges::none_of(names, [](const std::string& name) {
                    return lower_ascii(name).ends_with(".model");
                })) {

@@ -144,7 +144,7 @@ Result<void> check_files(const RenderOptions& options) {
 
 Result<void> render(const RenderOptions& options) {
     const std::atomic<bool>& stop =
-        program::install_interrupt(exit_code(ErrorCode::kInterrupted), "interrupted\n");
+        program::install_interrupt(exit_code(ErrorCode::kInterrupted), "error: interrupted\n");
     if (Result<void> apart = check_files(options); !apart) return apart;
     // Mistakes are told before a world is printed.
     SceneOptions scene_options = options.scene;

@@ -22,19 +22,20 @@
 
 namespace {
 
-/// As much as meshes may take by default.
-constexpr int64_t kMemoryBytes = 8'000'000'000;
+/// A jail lets a reader take twice its budget.
+constexpr int64_t kOfBudget = 2;
 
 int step_main(int argc, char** argv) {
     using openfab::Result;
     openfab::prepare_streams();
     openfab::clean_up_on_signals();
-    std::string input, output, tolerance;
+    std::string memory, input, output, tolerance;
     CLI::App app("Makes triangles of the solids of a STEP file; `openfab import` calls it.",
                  "openfab-step");
     app.add_option("FILE", input, "a .step or .stp file")->required();
     app.add_option("-o,--output", output, "the .3mf file")->required();
     app.add_option("--tolerance", tolerance, "how far triangles may be from surfaces (0.01mm)");
+    app.add_option("--memory", memory, "how much it may take, like 2GB (default: 8GB)");
     return openfab::run_command_line(&app, argc, argv, "openfab-step", [&]() -> Result<void> {
         double mm = 0.01;
         if (!tolerance.empty()) {
@@ -42,9 +43,11 @@ int step_main(int argc, char** argv) {
             if (!length) return openfab::usage_error("`--tolerance`: " + length.error().text());
             mm = *length;
         }
+        const Result<int64_t> bytes = openfab::parse_memory_option(memory.empty() ? "8GB" : memory);
+        if (!bytes) return bytes.error();
         if (!(mm > 0)) return openfab::usage_error(openfab::tools::messages::kToleranceAboveZero);
         return openfab::tools::guarded(
-            kMemoryBytes, input,
+            *bytes / kOfBudget, input,
             [&]() -> Result<void> {
                 const Result<openfab::tools::StepFile> solids =
                     openfab::tools::read_step(input, mm);

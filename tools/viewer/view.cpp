@@ -4,11 +4,16 @@
 
 #include <fmt/format.h>
 #include <malloc.h>
+#include <sys/mman.h>
+
+#include <cerrno>
 
 #include "base/input_file.h"
 #include "base/json_text.h"
+#include "base/messages.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/system_reason.h"
 #include "tools/viewer/http_server.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/live_api.h"
@@ -102,10 +107,23 @@ Result<void> know_world(const ViewOptions& options, std::unique_ptr<TemporaryFol
     return {};
 }
 
+/// Where addresses are few (`ulimit -v`), threads find no stack, and programs do not start: told before there is an address
+/// to go to.
+Result<void> check_addresses() {
+    constexpr size_t kRoom = 128 << 20;
+    void* const room =
+        ::mmap(nullptr, kRoom, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (room == MAP_FAILED)
+        return outside_error(fmt::format(openfab::messages::kSystemRefuses, system_reason(errno)));
+    ::munmap(room, kRoom);
+    return {};
+}
+
 }  // namespace
 
 Result<void> view(const ViewOptions& options) {
     keep_memory_small();
+    if (Result<void> room = check_addresses(); !room) return room;
     Session session(options.memory_bytes);
     const bool is_world = options.file.ends_with(".json");
     if (Result<void> opened = open_prints(options, is_world, &session); !opened) return opened;

@@ -14,27 +14,31 @@
 #include "base/command_line.h"
 #include "base/run_main.h"
 #include "base/say.h"
+#include "base/units.h"
 #include "tools/texture/guarded.h"
 #include "tools/vrml/scene.h"
 #include "tools/vrml/wavefront.h"
 
 namespace {
 
-/// As much as meshes may take by default.
-constexpr int64_t kMemoryBytes = 8'000'000'000;
+/// A jail lets a reader take twice its budget.
+constexpr int64_t kOfBudget = 2;
 
 int vrml_main(int argc, char** argv) {
     using openfab::Result;
     openfab::prepare_streams();
     openfab::clean_up_on_signals();
-    std::string input, output;
+    std::string memory, input, output;
     CLI::App app("Makes triangles of the shapes of a VRML file; `openfab import` calls it.",
                  "openfab-vrml");
     app.add_option("FILE", input, "a .wrl or .vrml file")->required();
     app.add_option("-o,--output", output, "the .obj file")->required();
+    app.add_option("--memory", memory, "how much it may take, like 2GB (default: 8GB)");
     return openfab::run_command_line(&app, argc, argv, "openfab-vrml", [&]() -> Result<void> {
+        const Result<int64_t> bytes = openfab::parse_memory_option(memory.empty() ? "8GB" : memory);
+        if (!bytes) return bytes.error();
         return openfab::tools::guarded(
-            kMemoryBytes, input,
+            *bytes / kOfBudget, input,
             [&]() -> Result<void> {
                 const Result<openfab::tools::Scene> scene = openfab::tools::read_scene(input);
                 if (!scene) return scene.error();

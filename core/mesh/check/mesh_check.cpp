@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "base/check.h"
+#include "base/keyed_hash.h"
 #include "mesh/check/mesh_edges.h"
 #include "mesh/check/mesh_repair.h"
 #include "mesh/check/mesh_shells.h"
@@ -54,13 +55,12 @@ void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
 std::vector<int32_t> lowest_equal(const std::vector<Vec3d>& positions,
                                   const std::vector<int32_t>& parts) {
     const auto part = [&](size_t v) { return parts.empty() ? 0 : parts[v]; };
+    const KeyedHash keyed;
     const auto hash = [&](size_t v) {
-        uint64_t h = static_cast<uint64_t>(part(v));
-        for (int a = 0; a < 3; ++a) {
-            // -0 and 0 are the same position.
-            h = (h ^ std::bit_cast<uint64_t>(positions[v][a] + 0.0)) * 0x9e3779b97f4a7c15u;
-            h ^= h >> 32;
-        }
+        uint64_t h = keyed.mix(keyed.start(), static_cast<uint64_t>(part(v)));
+        // -0 and 0 are the same position.
+        for (int a = 0; a < 3; ++a)
+            h = keyed.mix(h, std::bit_cast<uint64_t>(positions[v][a] + 0.0));
         return static_cast<size_t>(h);
     };
     // A table with open addressing, never more than half full; vertices come in order.

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/infinity.h"
+#include "base/keyed_hash.h"
 #include "runtime/solid/beams/beam.h"
 #include "runtime/solid/messages.h"
 
@@ -45,7 +46,7 @@ struct Grown::Cache {
     };
     struct Shard {
         std::mutex mutex;
-        std::unordered_map<uint64_t, Entry> entries;
+        std::unordered_map<uint64_t, Entry, KeyedHash> entries;
         Entry* newest = nullptr;
         Entry* oldest = nullptr;
         size_t bytes = 0;

@@ -12,6 +12,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/keyed_hash.h"
 #include "runtime/solid/shape/shape_field.h"
 
 namespace openfab::solid {
@@ -35,11 +36,12 @@ double cell_of(const part::PartMesh& box, double micro_edge_mm) {
 
 struct Bits {
     size_t operator()(const Vec3f& p) const {
-        uint64_t hash = 0;
+        uint64_t hash = keyed.start();
         for (int a = 0; a < 3; ++a)
-            hash = (hash ^ std::bit_cast<uint32_t>(p[a])) * 0x9e3779b97f4a7c15u;
-        return static_cast<size_t>(hash >> 16);
+            hash = keyed.mix(hash, std::bit_cast<uint32_t>(p[a]));
+        return static_cast<size_t>(hash);
     }
+    KeyedHash keyed;
 };
 
 /// The micropolygons of all blocks, with vertices that are shared.

@@ -121,6 +121,35 @@ TEST_F(Merge, WhatIsMissingAtTheEndsIsNamed) {
     EXPECT_EQ(merge({"--whole", "a.ofr", "b.ofr", "c.ofr"}, "all2.ofr").exit_code, 0);
 }
 
+/// Formats without a manifest tell it in the file, and `info` reads that.
+TEST_F(Merge, WhatIsMissingIsInFilesOfEveryFormat) {
+    print("a.ofr", "0:3");
+    print("b.ofr", "3:20");
+    print("c.ofr", "20:40");
+    const std::string part = fmt::format(tools::messages::kAreSlicesOfWhole, 3, 19, 40);
+    for (const std::string name : {"m.gcvf", "m.3mf", "m.stl"}) {
+        for (const bool whole : {false, true}) {
+            SCOPED_TRACE(name);
+            const Outcome merged =
+                whole ? merge({"a.ofr", "b.ofr", "c.ofr"}, name) : merge({"b.ofr"}, name);
+            ASSERT_EQ(merged.exit_code, 0) << merged.err;
+            EXPECT_EQ(testing::says(merged.err, tools::messages::kPartsMissing), !whole);
+            std::string file = name;
+            for (const auto& entry : fs::directory_iterator(path(""))) {
+                const std::string one = entry.path().filename().string();
+                if (name == "m.stl" && one.starts_with("m_")) file = one;
+            }
+            const Outcome told = run({program("openfab"), "info", path(file)});
+            EXPECT_EQ(told.exit_code, 0) << told.err;
+            EXPECT_EQ(told.out.find(part) != std::string::npos, !whole) << told.out;
+            EXPECT_EQ(testing::says(told.out, fmt::format(tools::messages::kCompletePart, 23)),
+                      name == "m.gcvf" && !whole);
+            const Outcome verified = run({program("openfab"), "verify", path(file)});
+            EXPECT_EQ(verified.exit_code, 0) << verified.err;
+        }
+    }
+}
+
 /// Each of N machines asks for its part, whatever the number of slices is.
 TEST_F(Merge, PartsOfANumberAreTheWhole) {
     print("whole.ofr");

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <rapidjson/document.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -324,6 +325,38 @@ TEST_F(Resume, SlicesThatWereExchangedWithTheirDigestsAreMadeAgain) {
         EXPECT_THAT(print(again).err, HasSubstr("(19 resumed)"));
         EXPECT_TRUE(files_of(path("a")) == expected) << of_another;
     }
+}
+
+/// What lies in the place of a slice, and is none.
+TEST_F(Resume, APlaceThatIsTakenIsTold) {
+    const std::vector<std::string> arguments{"-o", path("a"), "--format", "png", "--draft", "4"};
+    undisturbed(arguments);
+    const Files expected = files_of(path("a"));
+    std::vector<std::string> again = arguments;
+    again.push_back("--resume");
+    for (const std::string name : {"slice_0003.png", "manifest.json"}) {
+        for (const bool folder : {true, false}) {
+            fs::remove(path("a/" + name));
+            if (folder) {
+                fs::create_directories(path("a/" + name + "/sub"));
+            } else {
+                ASSERT_EQ(::mkfifo(path("a/" + name).c_str(), 0600), 0);
+            }
+            const Outcome refused = print(again);
+            EXPECT_EQ(refused.exit_code, 1);
+            EXPECT_THAT(refused.err,
+                        HasSubstr(fmt::format(
+                            raster::messages::kNotAFile, path("a/" + name),
+                            folder ? raster::messages::kIsAFolder : raster::messages::kIsNoFile)));
+            fs::remove_all(path("a/" + name));
+            scratch_.write("a/" + name, expected.at(name));
+        }
+    }
+    // A link to what the slice was is as good as the slice.
+    fs::rename(path("a/slice_0003.png"), path("elsewhere"));
+    fs::create_symlink(path("elsewhere"), path("a/slice_0003.png"));
+    EXPECT_EQ(print(again).exit_code, 0);
+    EXPECT_TRUE(files_of(path("a")) == expected);
 }
 
 /// Who seals other slices for a print contradicts the hash of all of them, which is of the voxels.

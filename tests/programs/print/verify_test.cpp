@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <random>
 
+#include "mesh/read/zip_file.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/meshes/zip_archive.h"
 #include "tests/support/places/places.h"
@@ -79,6 +80,68 @@ TEST_F(Verify, DamageInAnyFormatIsFound) {
             scratch_.write(name, bytes);
         }
         EXPECT_GE(files, 1);
+    }
+}
+
+/// Each picture of a GCVF has its checksum, also in the wrong place.
+TEST_F(Verify, APackageHasAllSlicesInTheirPlaces) {
+    for (const char* flip : {"false", "true"}) {
+        const Outcome printed =
+            run({test_program("openfab_test_print_4"), path("w.fab.json"), "--voxel", "0.2mm", "-o",
+                 path("a.gcvf"), std::string("--flip-x=") + flip});
+        ASSERT_EQ(printed.exit_code, 0) << printed.err;
+        const Outcome fine = verify("a.gcvf");
+        EXPECT_EQ(fine.exit_code, 0) << fine.err;
+        EXPECT_THAT(fine.err, Says(tools::messages::kPackageSlicesWhole));
+        const std::string bytes = read_file(path("a.gcvf"));
+        const Result<mesh::ZipFile> zip = mesh::ZipFile::open(bytes, "a.gcvf");
+        ASSERT_TRUE(zip);
+        std::vector<std::pair<std::string, std::string>> parts;
+        for (const std::string& name : zip->names())
+            parts.emplace_back(name, *zip->read(name, 1 << 24));
+        const auto find = [&](const std::string& name) {
+            return std::find_if(parts.begin(), parts.end(),
+                                [&](const auto& part) { return part.first == name; });
+        };
+        std::swap(find("slice_6.png")->second, find("slice_9.png")->second);
+        ASSERT_NE(find("slice_6.png")->second, find("slice_9.png")->second);
+        scratch_.write("a.gcvf", zip_archive(parts));
+        EXPECT_EQ(verify("a.gcvf").exit_code, 1);
+        EXPECT_THAT(verify("a.gcvf").err, Says(tools::messages::kHashDiffers));
+        std::swap(find("slice_6.png")->second, find("slice_9.png")->second);
+        scratch_.write("a.gcvf", zip_archive(parts));
+        EXPECT_EQ(verify("a.gcvf").exit_code, 0) << verify("a.gcvf").err;
+        int last = 0;
+        while (find(fmt::format("slice_{}.png", last + 1)) != parts.end())
+            ++last;
+        parts.erase(find(fmt::format("slice_{}.png", last)));
+        scratch_.write("a.gcvf", zip_archive(parts));
+        EXPECT_THAT(verify("a.gcvf").err, Says(tools::messages::kPackageLacksSlice));
+    }
+}
+
+/// The files of an STL are of one print.
+TEST_F(Verify, MeshesOfTwoPrintsAreTold) {
+    const auto print = [&](const std::string& output, const char* pitch) {
+        const Outcome printed = run({test_program("openfab_test_print_4"), path("w.fab.json"),
+                                     "--mesh-pitch", pitch, "-o", path(output)});
+        ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    };
+    print("a.stl", "0.4mm");
+    std::filesystem::create_directory(path("other"));
+    print("other/a.stl", "0.5mm");
+    print("b.stl", "0.5mm");  // another output beside it
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(path("other")))
+        names.push_back(entry.path().filename().string());
+    ASSERT_EQ(names.size(), 2U);
+    for (const std::string& name : names)
+        EXPECT_EQ(verify(name).exit_code, 0) << verify(name).err;
+    std::filesystem::copy(path("other/" + names[0]), path(names[0]),
+                          std::filesystem::copy_options::overwrite_existing);
+    for (const std::string& name : names) {
+        EXPECT_EQ(verify(name).exit_code, 1);
+        EXPECT_THAT(verify(name).err, Says(tools::messages::kMeshOfOtherPrint));
     }
 }
 

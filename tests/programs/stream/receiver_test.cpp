@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <csignal>
 #include <cstring>
 #include <span>
 
@@ -323,6 +324,113 @@ TEST_F(Receiver, TellsWhatItTookAndFromWhom) {
     EXPECT_THAT(said, HasSubstr("sender, print, sender, print, complete, "));
     EXPECT_EQ(std::filesystem::status(path("audit")).permissions(),
               std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
+/// A receiver that is stopped says so: on standard error, beside the output, in its log.
+TEST_F(Receiver, ItsOwnStopIsInItsStory) {
+    std::signal(SIGHUP, SIG_DFL);  // `nohup` has it ignored
+    for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+        for (const std::string output : {"a.ofr", "slices"}) {
+            SCOPED_TRACE(fmt::format("{} {}", output, signal));
+            std::error_code ignored;
+            for (const std::string& name : {output, output + ".job.json", std::string("audit")})
+                fs::remove_all(path(name), ignored);
+            const Parts parts(undisturbed());
+            Running receiver(receiving(unix_address(), output, {"--log", path("audit")}), {},
+                             signal);
+            ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
+            stream::Line line = connect(unix_address());
+            EXPECT_EQ(open_print(&line, parts, stream::Mode::kAnew, 1).kind, stream::Kind::kReady);
+            send_slices(&line, parts, 0, 7);
+            receiver.kill();
+            const Outcome& outcome = receiver.end();
+            EXPECT_EQ(outcome.exit_code, 130);
+            EXPECT_THAT(outcome.err,
+                        HasSubstr("error: " + fmt::format(tools::messages::kInterruptedBeforeSlice,
+                                                          parts.info.slice_begin + 7)));
+            const std::string name = signal == SIGTERM  ? "SIGTERM"
+                                     : signal == SIGINT ? "SIGINT"
+                                                        : "SIGHUP";
+            const Result<JsonValue> record = job::read_record(path(output + ".job.json"));
+            ASSERT_TRUE(record) << record.error().text();
+            EXPECT_EQ(member_of(*record, "state")->text, "stopped");
+            const JsonValue& stop = member_of(*record, "events")->items.back();
+            EXPECT_EQ(member_of(stop, "event")->text, "stop");
+            EXPECT_EQ(member_of(stop, "by")->text, "signal");
+            EXPECT_EQ(member_of(stop, "signal")->text, name);
+            EXPECT_EQ(member_of(stop, "sender")->number, ::getpid());
+            EXPECT_EQ(member_of(stop, "slice")->number, parts.info.slice_begin + 7);
+            std::string log = read_file(path("audit"));
+            log = log.substr(log.rfind('\n', log.size() - 2) + 1);
+            const Result<JsonValue> last = parse_json(log, "audit");
+            ASSERT_TRUE(last) << last.error().text();
+            EXPECT_EQ(member_of(*last, "event")->text, "stop");
+            EXPECT_EQ(member_of(*last, "slice")->number, parts.info.slice_begin + 7);
+            EXPECT_EQ(member_of(*last, "text")->text,
+                      fmt::format(tools::messages::kStoppedBySignal, name) +
+                          fmt::format(tools::messages::kSentByProcess, ::getpid()));
+        }
+    }
+}
+
+/// So does one whose output fails.
+TEST_F(Receiver, AnErrorOfItsOutputIsInItsStory) {
+    const Parts parts(undisturbed());
+    RunOptions options;
+    options.largest_file_bytes = static_cast<int64_t>(undisturbed().size() / 2);
+    Running receiver(receiving(unix_address(), "a.ofr", {"--log", path("audit")}), options);
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
+    stream::Line line = connect(unix_address());
+    EXPECT_EQ(open_print(&line, parts, stream::Mode::kAnew, 1).kind, stream::Kind::kReady);
+    for (const std::vector<uint8_t>& slice : parts.slices)
+        line.send_all(stream::frame(stream::Kind::kSlice, slice));
+    const Outcome& outcome = receiver.end();
+    EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+    const Result<JsonValue> record = job::read_record(path("a.ofr.job.json"));
+    ASSERT_TRUE(record) << record.error().text();
+    const JsonValue& stop = member_of(*record, "events")->items.back();
+    EXPECT_EQ(member_of(stop, "by")->text, "error");
+    EXPECT_THAT(member_of(stop, "error")->text, HasSubstr("a.ofr"));
+    EXPECT_THAT(read_file(path("audit")), HasSubstr(R"("event":"stop")"));
+}
+
+/// The print goes on where the log's disk is full; each line of the log is whole, and those that are lost
+/// are counted.
+TEST_F(Receiver, ALogOnAFullDiskTellsWhatItLost) {
+    std::string why_not;
+    const std::unique_ptr<SmallDisk> disk = SmallDisk::create(256 << 10, &why_not);
+    if (disk == nullptr) GTEST_SKIP() << why_not;
+    const std::string log = disk->path("audit");
+    Running receiver(
+        receiving(unix_address(), "a.ofr", {"--token-file", path("token"), "--log", log}));
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
+    // It fills until lines are refused, in the middle of one if the page ends there.
+    disk->fill("more", 4096);
+    const Parts parts(undisturbed());
+    const auto try_one = [&](const std::string& token) {
+        stream::Line line = connect(unix_address());
+        return open_print(&line, parts, stream::Mode::kAnew, 1, token).kind;
+    };
+    while (!testing::says(receiver.err(), tools::messages::kLogNotWritten)) {
+        ASSERT_FALSE(receiver.ended());
+        ASSERT_EQ(try_one("open sesame"), stream::Kind::kReady);
+    }
+    ASSERT_EQ(try_one("open sesame"), stream::Kind::kReady);
+    fs::remove(disk->path("more"));
+    ASSERT_EQ(try_one("open sesame"), stream::Kind::kReady);
+    receiver.kill();
+    const std::string text = read_file(log);
+    int lost = 0, torn = 0;
+    for (size_t at = 0; at < text.size();) {
+        const size_t end = text.find('\n', at);
+        ASSERT_NE(end, std::string::npos);
+        const Result<JsonValue> line = parse_json(text.substr(at, end - at), "audit");
+        torn += line ? 0 : 1;
+        if (line && member_of(*line, "event")->text == "lost") ++lost;
+        at = end + 1;
+    }
+    EXPECT_EQ(lost, 1) << text;
+    EXPECT_LE(torn, 1) << text;
 }
 
 TEST_F(Receiver, PipesAreRefusedWhereFilesAreMeant) {

@@ -30,8 +30,8 @@ namespace openfab::testing {
 /// A program that runs beside the test.
 class Running {
   public:
-    explicit Running(std::vector<std::string> argv, RunOptions options = {}) {
-        options.signal = SIGKILL;
+    explicit Running(std::vector<std::string> argv, RunOptions options = {}, int signal = SIGKILL) {
+        options.signal = signal;
         options.interrupt_when = [this](int, const Outcome& so_far) {
             const std::lock_guard lock(mutex_);
             err_ = so_far.err;
@@ -57,7 +57,7 @@ class Running {
         }
         return false;
     }
-    /// Kills it unless it has ended.
+    /// Kills it, or sends it another signal that was asked for, unless it has ended; and waits for its end.
     void kill() {
         kill_ = true;
         if (thread_.joinable()) thread_.join();

@@ -8,12 +8,18 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <array>
+#include <cmath>
+#include <csignal>
+#include <fstream>
 #include <string>
 #include <vector>
 
+#include "backends/ofr/ofr_sink.h"
 #include "program/messages.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/says/says.h"
+#include "tests/unit/backends/sample_print.h"
 
 namespace openfab::testing {
 namespace {
@@ -202,8 +208,124 @@ TEST_F(Interrupts, CommandsThatWaitForAPrintEndWithIt) {
             return elapsed_ms > 2500;
         };
         const Outcome ended = run(argv, run_options);
-        EXPECT_TRUE(ended.exit_code == 130 || ended.exit_code == 128 + SIGTERM)
-            << words[0] << " " << ended.exit_code << ended.err;
+        EXPECT_EQ(ended.exit_code, 130) << words[0] << ended.err;
+    }
+}
+
+/// Writes a ball of very many triangles, which takes long to read.
+void write_ball(const std::string& file, int rings) {
+    const auto at = [&](int ring, int spoke) -> std::array<float, 3> {
+        const double up = 3.14159265358979 * ring / rings,
+                     around = 3.14159265358979 * (spoke % (2 * rings)) / rings;
+        if (ring == 0 || ring == rings) return {0, 0, ring == 0 ? 20.0F : -20.0F};
+        return {static_cast<float>(20 * std::sin(up) * std::cos(around)),
+                static_cast<float>(20 * std::sin(up) * std::sin(around)),
+                static_cast<float>(20 * std::cos(up))};
+    };
+    std::string facets;
+    uint32_t count = 0;
+    const auto add = [&](const std::array<std::array<float, 3>, 3>& corners) {
+        const std::array<float, 3> normal{};
+        facets.append(reinterpret_cast<const char*>(&normal), sizeof normal);
+        facets.append(reinterpret_cast<const char*>(&corners), sizeof corners);
+        facets.append(2, 0);
+        ++count;
+    };
+    for (int r = 0; r < rings; ++r) {
+        for (int s = 0; s < 2 * rings; ++s) {
+            if (r > 0) add({at(r, s), at(r + 1, s), at(r, s + 1)});
+            if (r + 1 < rings) add({at(r, s + 1), at(r + 1, s), at(r + 1, s + 1)});
+        }
+    }
+    std::ofstream out(file, std::ios::binary);
+    out << std::string(80, ' ');
+    out.write(reinterpret_cast<const char*>(&count), sizeof count);
+    out << facets;
+}
+
+/// Whatever a command does, whichever signal ends it, and whatever runs for it: exit code 130, and one line.
+TEST_F(Interrupts, EveryCommandEndsAlike) {
+    std::signal(SIGHUP, SIG_DFL);  // `nohup` has it ignored
+    write_world(kLoops, "Loops", kBlock);
+    ASSERT_EQ(compile().exit_code, 0);
+    write_ball(path("ball.stl"), 700);
+    std::string many = read_file(path("w.fab.json")), once = read_file(path("f.fl"));
+    once.replace(once.find("1000000"), 7, "1");
+    scratch_.write("once.fl", once);
+    many.replace(many.find("f.fl"), 4, "once.fl");
+    const std::string block = kBlock;
+    many.replace(many.find(block), block.size(), R"({"file": "ball.stl"})");
+    scratch_.write("many.fab.json", many);
+    scratch_.write("mechanics.json",
+                   R"({"materials": {"resin": {"E_MPa": 2000, "nu": 0.35, "strength_MPa": 50}}})");
+    {
+        SamplePrint print = make_sample({900, 900, 60});
+        const auto sink = ofr::OfrSink::create(path("large.ofr"));
+        ASSERT_TRUE(sink);
+        ASSERT_TRUE(print.send(sink->get()));
+    }
+    const std::string world = path("w.fab.json"), ball = path("many.fab.json");
+    const Outcome archived = run(
+        {program("openfab"), "print", ball, "-o", path("ball.ofr"), "--voxel", "1mm"}, options());
+    ASSERT_EQ(archived.exit_code, 0) << archived.err;
+    struct Command {
+        std::vector<std::string> words;
+        int after_ms = 400;
+        const char* until = nullptr;  ///< what it says first; null: nothing
+    };
+    for (const Command& command :
+         std::vector<Command>{{{"print", world, "-o", path("a.ofr"), "--voxel", "0.1mm"}, 1500},
+                              {{"print", ball, "-o", path("b.ofr")}},
+                              {{"check", world, "--wall", "0.3mm"}, 1500},
+                              {{"render", world, "-o", path("a.png")}, 1500},
+                              {{"mechanics", "stand", ball}},
+                              {{"arrange", ball, "--fit", "j750", "-o", path("trays.fab.json")}},
+                              {{"split", ball, "--fit", "j750", "-o", path("pieces.fab.json")}},
+                              {{"import", path("ball.stl"), "-o", path("ball")}},
+                              {{"export", path("large.ofr"), "-o", path("slices")}},
+                              {{"archive", path("ball.ofr"), "-o", path("ball.zip")}, 60},
+                              {{"view", world, "--port", "0"}, 100, "http"},
+                              {{"receive", "--listen", "tcp://127.0.0.1:0", "-o", path("r.ofr")},
+                               100,
+                               "listening"}}) {
+        for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+            std::vector<std::string> argv{program("openfab")};
+            argv.insert(argv.end(), command.words.begin(), command.words.end());
+            RunOptions run_options = options();
+            run_options.signal = signal;
+            int seen = command.until == nullptr ? 0 : -1;
+            run_options.interrupt_when = [&](int elapsed_ms, const Outcome& so_far) {
+                const std::string said = so_far.out + so_far.err;
+                if (seen < 0 && said.find(command.until) != std::string::npos) seen = elapsed_ms;
+                return seen >= 0 && elapsed_ms > seen + command.after_ms;
+            };
+            const Outcome ended = run(argv, run_options);
+            EXPECT_EQ(ended.exit_code, 130) << command.words[0] << ' ' << signal << '\n'
+                                            << ended.err;
+            size_t told = 0;
+            for (size_t at = ended.err.find("error: "); at != std::string::npos;
+                 at = ended.err.find("error: ", at + 1))
+                ++told;
+            EXPECT_EQ(told, 1U) << command.words[0] << ' ' << signal << '\n' << ended.err;
+            EXPECT_THAT(ended.err, ::testing::HasSubstr("error: interrupted"))
+                << command.words[0] << ' ' << signal;
+        }
+    }
+}
+
+/// A command that prints for its own use has no `--resume`, and keeps none of that print.
+TEST_F(Interrupts, OnlyAPrintAdvisesToResume) {
+    write_world(kLoops, "Loops", kBlock, 1);
+    ASSERT_EQ(compile().exit_code, 0);
+    RunOptions full = options();
+    full.largest_file_bytes = 1200;
+    for (const std::string command : {"print", "render"}) {
+        const Outcome ended = run({program("openfab"), command, path("w.fab.json"), "-o",
+                                   path(command == "print" ? "a.ofr" : "a.png")},
+                                  full);
+        EXPECT_EQ(ended.exit_code, 3) << command << ended.err;
+        EXPECT_EQ(testing::says(ended.err, program::messages::kResumeHelp), command == "print")
+            << ended.err;
     }
 }
 

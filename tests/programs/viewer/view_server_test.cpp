@@ -247,6 +247,7 @@ TEST_F(ViewServer, WithoutMemoryForThreadsItEndsWithAMessage) {
             if (outcome.exit_code != 3) continue;
             ++refused;
             EXPECT_THAT(outcome.err, HasSubstr("error: "));
+            EXPECT_THAT(outcome.out, ::testing::Not(HasSubstr("http")));  // refused before
             EXPECT_THAT(outcome.err, ::testing::AnyOf(HasSubstr("ulimit -v"), HasSubstr("memory")));
         }
     }

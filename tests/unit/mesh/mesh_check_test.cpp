@@ -5,6 +5,11 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <bit>
+#include <cmath>
+#include <ctime>
+#include <random>
+
 #include "mesh/check/mesh_intersections.h"
 #include "mesh/check/triangle_tree.h"
 #include "mesh/model/messages.h"
@@ -55,6 +60,32 @@ TEST(MeshCheck, TurnsAMeshThatIsInsideOutAsAWhole) {
     EXPECT_EQ(hollow.checks.nested, 0);
     EXPECT_EQ(hollow.warnings, (std::vector<std::string>{fmt::format(messages::kShellsInsideOut,
                                                                      "m", "part", "2 shells")}));
+}
+
+/// Positions that collide in a table whose hash is known, and in order, take the square of their number: this many 5 s or
+/// more of the processor, and a fiftieth of a second where a secret decides.
+TEST(MeshCheck, NobodyKnowsWhatCollides) {
+    constexpr uint64_t kFactor = 0x9e3779b97f4a7c15u, kEnd = 0x123456789abcdef0u;
+    uint64_t inverse = kFactor;  // of the factor, by Newton's method
+    for (int i = 0; i < 6; ++i)
+        inverse *= 2 - kFactor * inverse;
+    const auto folded = [](uint64_t h) { return h ^ (h >> 32); };
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> any(1, 2);
+    Mesh mesh;
+    constexpr size_t kPoints = 60'000;
+    while (mesh.positions.size() < kPoints) {
+        const double x = any(random);
+        const uint64_t after = folded(std::bit_cast<uint64_t>(x) * kFactor);
+        const auto y = std::bit_cast<double>(after ^ (folded(kEnd) * inverse));
+        if (std::abs(y) > 0.01 && std::abs(y) < 100) mesh.positions.push_back({x, y, 1});
+    }
+    for (int32_t v = 0; v + 2 < static_cast<int32_t>(kPoints); v += 3)
+        mesh.triangles.push_back({v, v + 1, v + 2});
+    MeshSource source = source_of(std::move(mesh));
+    const std::clock_t before = std::clock();
+    EXPECT_FALSE(prepare_mesh(&source));  // it is not closed
+    EXPECT_LT(static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC, 2);
 }
 
 TEST(MeshCheck, NamesShellsThatCutNothingOut) {
