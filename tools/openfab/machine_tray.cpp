@@ -34,7 +34,14 @@ Result<MachineTray> machine_tray(const std::string& fit) {
         return user_error(fmt::format(messages::kFitTrayUnknown, fit),
                           messages::kFitTrayUnknownHelp);
     }
-    return MachineTray{printer->build_volume_mm, fit};
+    MachineTray out{printer->build_volume_mm, {}, fit};
+    const world::Process& process = printer->process;
+    for (int a = 0; a < 3; ++a) {
+        out.size_mm[a] /= process.scale[a];
+        // Its corner is what the machine moves to 0; what is on the bed stays there.
+        if (a < 2) out.low_mm[a] = process.about_mm[a] * (1 - 1 / process.scale[a]);
+    }
+    return out;
 }
 
 Result<double> length_option(const char* option, const std::string& text) {

@@ -12,7 +12,8 @@
 namespace openfab::tools {
 
 struct MachineTray {
-    Vec3d size_mm;
+    Vec3d size_mm;        ///< before the machine's scale, which enlarges what it prints
+    Vec3d low_mm;         ///< where it begins there, counted from the tray's corner
     std::string printer;  ///< the profile's name; empty where a size was given
 };
 

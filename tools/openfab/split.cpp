@@ -117,16 +117,48 @@ class Splitter {
         return {};
     }
 
-    /// Cuts an object by its first placement, if that does not fit the tray.
+    /// Whether a placement's own size, that it has unturned, is another one's: cuts and trays are made for one.
+    bool is_alike(const world::Placement& a, const PolarFactors& of_a,
+                  const world::Placement& b) const {
+        const Result<PolarFactors> of_b = polar_factors(b.transform.m);
+        if (!of_b) return false;
+        for (size_t i = 0; i < 9; ++i)
+            if (std::abs(of_a.s[i] - of_b->s[i]) > 1e-6) return false;
+        if (a.own_extent.has_value() != b.own_extent.has_value()) return false;
+        constexpr double kRounding = 1e-3;
+        for (int k = 0; k < 3 && a.own_extent; ++k) {
+            if (std::abs(a.own_extent->lo[k] - b.own_extent->lo[k]) > kRounding ||
+                std::abs(a.own_extent->hi[k] - b.own_extent->hi[k]) > kRounding)
+                return false;
+        }
+        return true;
+    }
+
+    /// Returns the size that a placement has unturned.
+    static Vec3d own_size(const mesh::Mesh& mesh, const world::Placement& p) {
+        if (p.own_extent) return p.own_extent->size();
+        const Result<PolarFactors> polar = polar_factors(p.transform.m);
+        Box3d box;
+        for (const Vec3d& at : mesh.positions)
+            box.add(Affine3d{polar ? polar->s : p.transform.m, {}}.apply(at));
+        return box.empty() ? Vec3d{} : box.size();
+    }
+
+    /// Cuts an object that does not fit the tray by its placements, which must be of one size.
     Result<void> cut_object(size_t index) {
         const world::Object& object = world_.objects[index];
         if (!arguments_.object.empty() && object.name != arguments_.object) return {};
-        const auto placed = std::find_if(
-            world_.build.begin(), world_.build.end(),
-            [&](const world::Placement& p) { return p.object == static_cast<int32_t>(index); });
+        const auto is_of_object = [&](const world::Placement& p) {
+            return p.object == static_cast<int32_t>(index);
+        };
+        const auto placed = std::find_if(world_.build.begin(), world_.build.end(), is_of_object);
         if (placed == world_.build.end()) return {};
         const Result<PolarFactors> polar = polar_factors(placed->transform.m);
         if (!polar) return polar.error();
+        const auto unlike =
+            std::find_if(placed, world_.build.end(), [&](const world::Placement& p) {
+                return is_of_object(p) && !is_alike(*placed, *polar, p);
+            });
         const mesh::Mesh& mesh = world_.meshes[static_cast<size_t>(object.mesh)];
         std::vector<Vec3d> positions;
         Box3d box;
@@ -142,7 +174,17 @@ class Splitter {
             show(fmt::format(messages::kHasPieces, is));
             return {};
         }
-        if (pieces::fits(size, machine_.size_mm)) {
+        const bool all_fit =
+            std::all_of(placed, world_.build.end(), [&](const world::Placement& p) {
+                return !is_of_object(p) || pieces::fits(own_size(mesh, p), machine_.size_mm);
+            });
+        if (!all_fit && unlike != world_.build.end()) {
+            Error error = user_error(fmt::format(messages::kPlacementsUnlike, object.name),
+                                     messages::kPlacementsUnlikeHelp);
+            error.location = unlike->location;
+            return error;
+        }
+        if (all_fit) {
             show(fmt::format(messages::kFitsAsItIs, is));
             return {};
         }
@@ -189,6 +231,12 @@ class Splitter {
             for (const Vec3d& p : solid->positions)
                 positions.push_back(back.apply(p - placed->transform.t));
             triangles = std::move(solid->triangles);
+            // Mirrored back, they look inwards.
+            if (dot(Vec3d{r[0], r[1], r[2]},
+                    cross(Vec3d{r[3], r[4], r[5]}, Vec3d{r[6], r[7], r[8]})) < 0) {
+                for (auto& t : triangles)
+                    std::swap(t[1], t[2]);
+            }
             // Boxes of its pieces are those of the solid, too.
             mesh::Mesh own;
             for (const Vec3d& p : positions)

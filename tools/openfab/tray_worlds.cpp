@@ -127,6 +127,8 @@ class TrayWriter {
         }
         spots_ = put_on_trays(poses_, options_.machine.size_mm, options_.gap_mm);
         if (spots_.size() < things_.size()) return misplaced();
+        for (Spot& spot : spots_)
+            spot.move_mm = spot.move_mm + options_.machine.low_mm;
         // In the order of the build: fablets count instances by it.
         std::stable_sort(spots_.begin(), spots_.end(),
                          [](const Spot& a, const Spot& b) { return a.thing < b.thing; });
@@ -253,7 +255,8 @@ class TrayWriter {
         }
         if (const Result<void> made = write_file(path, text.text()); !made) return made;
         show(fmt::format(messages::kTrayLine, path.string(), count, count == 1 ? "" : "s",
-                         used.hi.x, used.hi.y, used.hi.z));
+                         used.hi.x - options_.machine.low_mm.x,
+                         used.hi.y - options_.machine.low_mm.y, used.hi.z));
         return {};
     }
 
