@@ -121,7 +121,7 @@ Viewer::~Viewer() {
     thread_.join();
     EXPECT_EQ(outcome_.exit_code, 130) << outcome_.err;
     if (said_.empty()) {
-        EXPECT_EQ(outcome_.err, "");
+        EXPECT_EQ(outcome_.err, "error: interrupted\n");
     } else {
         EXPECT_THAT(outcome_.err, testing::Says(said_));
     }
