@@ -110,7 +110,7 @@ Result<void> know_world(const ViewOptions& options, std::unique_ptr<TemporaryFol
 /// Where addresses are few (`ulimit -v`), threads find no stack, and programs do not start: told before there is an address
 /// to go to.
 Result<void> check_addresses() {
-    constexpr size_t kRoom = 128 << 20;
+    constexpr size_t kRoom = 256 << 20;
     void* const room =
         ::mmap(nullptr, kRoom, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (room == MAP_FAILED)
