@@ -14,8 +14,8 @@
 #include "abi/fablet_table.h"
 #include "program/options.h"
 #include "runtime/pipeline/print_job.h"
-#include "runtime/process/bleed.h"
-#include "runtime/process/nozzles.h"
+#include "runtime/process/bleed/bleed.h"
+#include "runtime/process/nozzles/nozzles.h"
 #include "world/printer.h"
 #include "world/world.h"
 

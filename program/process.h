@@ -13,8 +13,8 @@
 #include "base/result.h"
 #include "program/options.h"
 #include "runtime/pipeline/print_input.h"
-#include "runtime/process/bleed.h"
-#include "runtime/process/nozzles.h"
+#include "runtime/process/bleed/bleed.h"
+#include "runtime/process/nozzles/nozzles.h"
 #include "world/printer.h"
 #include "world/world.h"
 

@@ -16,8 +16,8 @@
 #include "runtime/dither/dither_rule.h"
 #include "runtime/pipeline/fraction_sink.h"
 #include "runtime/pipeline/slab_clock.h"
-#include "runtime/process/bleed.h"
-#include "runtime/process/nozzles.h"
+#include "runtime/process/bleed/bleed.h"
+#include "runtime/process/nozzles/nozzles.h"
 
 namespace openfab::pipeline {
 

@@ -15,8 +15,8 @@
 #include "runtime/dither/band.h"
 #include "runtime/pipeline/overlaps.h"
 #include "runtime/pipeline/slab_parts.h"
-#include "runtime/process/bleed.h"
-#include "runtime/process/nozzles.h"
+#include "runtime/process/bleed/bleed.h"
+#include "runtime/process/nozzles/nozzles.h"
 #include "runtime/volume/evaluate.h"
 
 namespace openfab::pipeline {

@@ -16,7 +16,7 @@
 #include "runtime/dither/support_fill.h"
 #include "runtime/pipeline/fraction_sink.h"
 #include "runtime/pipeline/overlaps.h"
-#include "runtime/process/bleed.h"
+#include "runtime/process/bleed/bleed.h"
 #include "runtime/volume/cull.h"
 #include "runtime/volume/evaluate.h"
 #include "runtime/volume/placed_part.h"

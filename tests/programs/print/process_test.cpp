@@ -13,7 +13,7 @@
 
 #include "base/messages.h"
 #include "program/messages.h"
-#include "runtime/process/messages.h"
+#include "runtime/process/nozzles/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
 #include "world/messages.h"

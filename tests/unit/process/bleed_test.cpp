@@ -3,7 +3,7 @@
 
 // Bleed, against closed forms and against the whole grid computed at once.
 
-#include "runtime/process/bleed.h"
+#include "runtime/process/bleed/bleed.h"
 
 #include <gtest/gtest.h>
 

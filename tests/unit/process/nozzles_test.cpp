@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/process/nozzles.h"
+#include "runtime/process/nozzles/nozzles.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/process/nozzles.h"
+#include "runtime/process/nozzles/nozzles.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <cstring>
 
 #include "abi/fablet_table.h"
-#include "runtime/process/messages.h"
+#include "runtime/process/nozzles/messages.h"
 
 namespace openfab::process {
 

@@ -17,7 +17,7 @@
 
 #include "base/vec.h"
 #include "runtime/dither/band.h"
-#include "runtime/process/bleed_window.h"
+#include "runtime/process/bleed/bleed_window.h"
 
 namespace openfab::process {
 

@@ -7,7 +7,7 @@
 namespace openfab::process::messages {
 
 #define OPENFAB_MESSAGE(name, text) inline constexpr char name[] = text;
-#include "runtime/process/messages.def"
+#include "runtime/process/nozzles/messages.def"
 #undef OPENFAB_MESSAGE
 
 }  // namespace openfab::process::messages

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/process/bleed_window.h"
+#include "runtime/process/bleed/bleed_window.h"
 
 #include <algorithm>
 #include <cmath>
