@@ -20,6 +20,7 @@
 #include "program/process.h"
 #include "program/process_field.h"
 #include "runtime/part/bind.h"
+#include "runtime/process/kinds/kinds.h"
 #include "runtime/solid/kinds/kinds.h"
 #include "world/world.h"
 
@@ -164,8 +165,12 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const world
     for (const auto& [name, fablet] : world.fablets)
         inputs.push_back(fablet.source);
     inputs.insert(inputs.end(), options.inputs.begin(), options.inputs.end());
-    for (const std::string& file : {options.printer, options.process_file, options.nozzles_file}) {
+    for (const std::string& file : {options.printer, options.process_file}) {
         if (!file.empty()) inputs.emplace_back(file);
+    }
+    for (const auto& [name, value] : options.effects) {
+        const process::Kind* kind = process::find_option(name);
+        if (kind != nullptr && kind->option.choices.empty()) inputs.emplace_back(value);
     }
     inputs.emplace_back("/proc/self/exe");
     return inputs;
@@ -247,20 +252,15 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     Result<int32_t> support = choose_support(options, *world, job.printer, &job.input.materials);
     if (!support) return support.error();
     job.input.support_code = *support;
-    Result<std::shared_ptr<process::NozzleSource>> nozzles =
-        open_nozzles(options, job.printer, &job.input);
-    if (!nozzles) return nozzles.error();
-    job.nozzles = std::move(*nozzles);
     const Result<const backends::Format*> format = choose_format(options, job.printer);
     if (!format) return format.error();
     job.input.pitch_mm =
         print_pitch(options, job.printer.pitch_mm, has_mesh_pitch(options, job.printer, *format));
     if (Result<void> known = check_known(job.input.pitch_mm, job.printer, job.tray); !known)
         return known.error();
-    Result<std::shared_ptr<const process::Bleed>> bleed =
-        open_bleed(options, job.printer, &job.input);
-    if (!bleed) return bleed.error();
-    job.bleed = std::move(*bleed);
+    auto effects = open_effects(options, job.printer, &job.input);
+    if (!effects) return effects.error();
+    job.effects = std::move(*effects);
     warn_of_costs(job.printer.process, &job.input);
     job.input.printer = job.printer.name;
     job.input.title = valid_utf8(title_of(options.input));

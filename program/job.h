@@ -14,8 +14,7 @@
 #include "abi/fablet_table.h"
 #include "program/options.h"
 #include "runtime/pipeline/print_job.h"
-#include "runtime/process/bleed/bleed.h"
-#include "runtime/process/nozzles/nozzles.h"
+#include "runtime/process/effect.h"
 #include "world/printer.h"
 #include "world/world.h"
 
@@ -24,8 +23,7 @@ namespace openfab::program {
 struct Job {
     pipeline::PrintInput input;
     world::Printer printer;
-    std::shared_ptr<process::NozzleSource> nozzles;  ///< null: all are alive
-    std::shared_ptr<const process::Bleed> bleed;     ///< null: none
+    std::vector<std::unique_ptr<process::Effect>> effects;  ///< of the machine
     world::Tray tray = world::Tray::kAnywhere;
     std::string printer_source;                      ///< the name or file of the printer
     std::vector<std::vector<std::string>> programs;  ///< commands that the world names

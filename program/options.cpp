@@ -14,6 +14,7 @@
 #include "base/sample_parts.h"
 #include "program/messages.h"
 #include "program/option_texts.h"
+#include "runtime/process/kinds/kinds.h"
 
 namespace openfab::program {
 
@@ -128,9 +129,15 @@ Result<void> validate_options(const Options& options) {
         if (equals != std::string::npos && equals > 0 && equals + 1 < text.size()) continue;
         return usage_error(fmt::format(messages::kNoSetting, text));
     }
-    constexpr std::array<std::string_view, 4> kBleed{"undo", "show", "both", "off"};
-    if (std::find(kBleed.begin(), kBleed.end(), options.bleed) == kBleed.end())
-        return bad_value("--bleed", options.bleed, messages::kNoBleed, "show");
+    for (const auto& [name, value] : options.effects) {
+        const process::Kind* kind = process::find_option(name);
+        if (kind == nullptr) return usage_error(fmt::format(messages::kNoSuchEffect, name));
+        const auto& choices = kind->option.choices;
+        if (choices.empty() || std::ranges::find(choices, value) != choices.end()) continue;
+        return bad_value(name.c_str(), value,
+                         fmt::format(messages::kNoneOfChoices, fmt::join(choices, ", ")),
+                         choices[1]);
+    }
     if (const int32_t around = options.altered.around; around < 0 || around > kMostAround)
         return bad_value("--around", fmt::format("{}", around),
                          fmt::format(messages::kNotACount, kMostAround), "1");

@@ -6,6 +6,7 @@
 // of words, the Python package of arguments; either has them checked by validate_options.
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,13 +41,13 @@ struct Options : GridOptions, OutputOptions, RunOptions {
     std::string only_object;            ///< the one whose voxels are printed; empty: all
     std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by part::bind
     std::string printer;
-    std::string process_file;    ///< items of the machine's process that replace the profile's
-    std::string bleed = "undo";  ///< or show, both, off
+    std::string process_file;  ///< items of the machine's process that replace the profile's
     /// What the machine will make of the print, not what is sent to it: without the process' scale and
-    /// field, and with its bleed, if it has one, as `bleed` says.
+    /// field, and with effects on voxels as their options say.
     bool as_built = false;
     AlteredWorld altered;
-    std::string nozzles_file;  ///< dead nozzles; read again where it changes during a print
+    std::map<std::string, std::string>
+        effects;          ///< what is asked of those of the machine, by option
     std::string support;  ///< on, off or a material of the world; empty: as world and printer say
     std::string dither;   ///< empty: majority for meshes, else the pipeline's own
     uint64_t seed = 0;

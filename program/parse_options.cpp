@@ -17,6 +17,7 @@
 #include "program/messages.h"
 #include "program/option_texts.h"
 #include "program/options.h"
+#include "runtime/process/kinds/kinds.h"
 
 namespace openfab::program {
 
@@ -43,7 +44,7 @@ constexpr const char* kUnits =
 struct Raw {
     std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, part, memory, progress = "auto",
                                                                               png = "rgba", isa;
-    std::string pitch, probe, slabs_in_flight, bleed, around, cell, cell_at, lattice, field_origin,
+    std::string pitch, probe, slabs_in_flight, around, cell, cell_at, lattice, field_origin,
         field_spacing, slab_limit;
     std::vector<std::string> previews;
     std::string crop = "parts", sampling;
@@ -156,7 +157,7 @@ void declare_material(CLI::App& app, Options& o, Raw& raw) {
         ->type_name("CHOICE");
 }
 
-void declare_machine(CLI::App& app, Options& o, Raw& raw) {
+void declare_machine(CLI::App& app, Options& o) {
     app.option_defaults()->group("Machine");
     app.add_option(
            "--printer", o.printer,
@@ -167,17 +168,21 @@ void declare_machine(CLI::App& app, Options& o, Raw& raw) {
            "the machine's effects on a print, as JSON: items replace those of the printer's "
            "profile (docs/process.md)")
         ->type_name("FILE");
-    app.add_option("--bleed", raw.bleed,
-                   "of the process: undo it (the default), show the result without that, both (the "
-                   "result with it), or off")
-        ->type_name("CHOICE");
+    for (const process::Kind* kind : process::kinds()) {
+        const process::Option& option = kind->option;
+        if (option.name.empty()) continue;
+        app.add_option_function<std::string>(
+               std::string(option.name),
+               [&o, name = std::string(option.name)](const std::string& value) {
+                   if (!value.empty()) o.effects[name] = value;
+               },
+               std::string(option.help))
+            ->type_name(std::string(option.value));
+    }
     app.add_flag(
         "--as-built", o.as_built,
         "the part as it will come out of the machine: without the process' scale and field, "
-        "and with --bleed both, if it has a bleed");
-    app.add_option("--nozzles", o.nozzles_file,
-                   "dead nozzles, as JSON; a change of the file counts from the next slices on")
-        ->type_name("FILE");
+        "and with what it does to voxels, which is --bleed both, if it has a bleed");
 }
 
 void declare_progress(CLI::App& app, Options& o, Raw& raw) {
@@ -229,7 +234,7 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     declare_output(app, o, raw);
     declare_part(app, o, raw);
     declare_material(app, o, raw);
-    declare_machine(app, o, raw);
+    declare_machine(app, o);
     declare_progress(app, o, raw);
     declare_unlisted(app, o, raw);
 }
@@ -308,10 +313,6 @@ Result<void> read_texts(const Raw& raw, Options* o) {
             return bad_value("--slab-limit", raw.slab_limit, messages::kNotATime, "10min");
         o->slab_limit_seconds = *limit;
     }
-    if (!raw.bleed.empty())
-        o->bleed = raw.bleed;
-    else if (o->as_built)
-        o->bleed = "both";
     if (!raw.around.empty() && !parse_whole(raw.around, &o->altered.around))
         return bad_value("--around", raw.around, fmt::format(messages::kNotACount, kMostAround),
                          "1");

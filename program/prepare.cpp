@@ -103,8 +103,8 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
         const int32_t slices = 8 * (options.threads.value_or(usable_cores()) + 1);
         ready.options.sink_bytes_per_column += (*format)->mixture_bytes_per_column(slices);
     }
-    ready.options.nozzles = job->nozzles.get();
-    ready.options.bleed = job->bleed.get();
+    for (const auto& effect : job->effects)
+        ready.options.effects.push_back(effect.get());
     Result<std::unique_ptr<pipeline::PrintJob>> print =
         pipeline::PrintJob::create(job->input, ready.options);
     if (!print) return print.error();

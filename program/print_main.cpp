@@ -85,7 +85,7 @@ Result<void> check_grey(const Options& options, bool grey, const pipeline::Print
         return {};
     }
     if (!options.fractions_file.empty()) return usage_error(messages::kGreyAndFractions);
-    if (name.empty() || material_code(input.materials, name) != 0) return {};
+    if (name.empty() || process::material_code(named_materials(input), name) != 0) return {};
     std::vector<std::string> names;
     for (const pipeline::SliceMaterial& material : input.materials)
         names.push_back(material.name);

@@ -194,7 +194,7 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
         out.layer_time_s = json.number(p->value, "`layer_time_s`", 0, 1e6);
     }
     if (const JsonMember* p = root->find("process"))
-        read_process(p->value, std::filesystem::path(name).parent_path(), &json, &out.process);
+        read_process(p->value, name, &json, &out.process);
     if (const JsonMember* p = root->find("handoff"))
         out.handoff = json.string(p->value, "`handoff`");
     if (!json.ok()) return json.error();

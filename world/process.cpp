@@ -11,9 +11,6 @@ namespace openfab::world {
 
 namespace {
 
-constexpr int64_t kLargestProcess = 4'000'000;
-constexpr int32_t kMostNozzles = 1'000'000;
-
 ByMaterial read_by_material(const JsonValue& value, JsonReader* json, const std::string& what,
                             double most) {
     ByMaterial out;
@@ -58,139 +55,6 @@ Cost read_cost(const JsonValue& value, JsonReader* json) {
         out.seconds_pass = json->number(p->value, "`seconds_pass`", 0, 1e6);
     if (const JsonMember* p = value.find("seconds_layer"))
         out.seconds_layer = json->number(p->value, "`seconds_layer`", 0, 1e6);
-    return out;
-}
-
-std::vector<Vec2<int32_t>> read_nozzles(const JsonValue& value, JsonReader* json) {
-    std::vector<Vec2<int32_t>> out;
-    if (!value.is(JsonValue::Kind::kArray) || value.items.empty()) {
-        json->fail(value, fmt::format(messages::kNozzlesNoArray, value.kind_name()),
-                   messages::kNozzlesNoArrayHelp);
-        return out;
-    }
-    for (const JsonValue& item : value.items) {
-        if (!item.is(JsonValue::Kind::kArray)) {
-            const int32_t one = json->integer(item, "a number in `nozzles`", 0, kMostNozzles);
-            out.push_back({one, one});
-            continue;
-        }
-        if (item.items.size() != 2) {
-            json->fail(item, messages::kRangeWithoutTwoNumbers,
-                       messages::kRangeWithoutTwoNumbersHelp);
-            return out;
-        }
-        const int32_t first =
-            json->integer(item.items[0], "a number in `nozzles`", 0, kMostNozzles);
-        const int32_t last = json->integer(item.items[1], "a number in `nozzles`", 0, kMostNozzles);
-        if (json->ok() && last < first)
-            json->fail(item, messages::kRangeEndsBeforeBegin, messages::kRangeEndsBeforeBeginHelp);
-        out.push_back({first, last});
-    }
-    return out;
-}
-
-DeadNozzles read_dead(const JsonValue& value, JsonReader* json) {
-    static const KeySet keys = {
-        "dead",
-        {"material", "substitute", "nozzles", "head", "passes", "pass", "jog"},
-        {"material", "substitute", "nozzles"}};
-    DeadNozzles out;
-    if (!json->object(value, keys, "an entry of `dead`")) return out;
-    out.material = json->string(value.find("material")->value, "`material` of dead nozzles");
-    out.substitute = json->string(value.find("substitute")->value, "`substitute` of dead nozzles");
-    if (json->ok() && out.material == out.substitute)
-        json->fail(value.find("substitute")->value,
-                   fmt::format(messages::kStandsInForItself, out.material),
-                   messages::kStandsInForItselfHelp);
-    out.nozzles = read_nozzles(value.find("nozzles")->value, json);
-    if (const JsonMember* p = value.find("head"))
-        out.head = json->integer(p->value, "`head`", 1, kMostNozzles);
-    if (const JsonMember* p = value.find("passes"))
-        out.passes = json->integer(p->value, "`passes`", 1, 1000);
-    if (const JsonMember* p = value.find("pass"))
-        out.pass = json->integer(p->value, "`pass`", 0, out.passes - 1);
-    if (const JsonMember* p = value.find("jog"))
-        out.jog = json->integer(p->value, "`jog`", -kMostNozzles, kMostNozzles);
-    for (const Vec2<int32_t>& range : out.nozzles) {
-        if (!json->ok() || out.head == 0 || range.y < out.head) continue;
-        json->fail(value.find("nozzles")->value,
-                   fmt::format(messages::kNoSuchNozzle, range.y, out.head),
-                   messages::kNoSuchNozzleHelp);
-    }
-    return out;
-}
-
-std::vector<DeadNozzles> read_dead_list(const JsonValue& value, JsonReader* json) {
-    std::vector<DeadNozzles> out;
-    if (!value.is(JsonValue::Kind::kArray)) {
-        json->fail(value, fmt::format(messages::kDeadNoArray, value.kind_name()),
-                   messages::kDeadNoArrayHelp);
-        return out;
-    }
-    constexpr size_t kMost = 10'000;
-    if (value.items.size() > kMost)
-        json->fail(value, fmt::format(messages::kTooManyDead, value.items.size()),
-                   fmt::format(messages::kAtMost, kMost));
-    for (const JsonValue& item : value.items) {
-        if (!json->ok()) break;
-        out.push_back(read_dead(item, json));
-    }
-    return out;
-}
-
-Vec3d read_sigma(const JsonValue& value, JsonReader* json) {
-    constexpr double kMost_um = 10'000;
-    if (value.is(JsonValue::Kind::kNumber)) {
-        const double s = json->number(value, "`sigma_um`", 0, kMost_um);
-        return {s, s, s};
-    }
-    const std::vector<double> n = json->numbers(value, "`sigma_um`", 3, kMost_um);
-    for (const double s : n) {
-        if (s < 0)
-            json->fail(value, fmt::format(messages::kSigmaNegative, s),
-                       messages::kSigmaNegativeHelp);
-    }
-    return {n[0], n[1], n[2]};
-}
-
-PairBleed read_pair(const JsonValue& value, JsonReader* json) {
-    static const KeySet keys = {"pairs", {"materials", "sigma_um"}, {"materials", "sigma_um"}};
-    PairBleed out;
-    if (!json->object(value, keys, "an entry of `pairs`")) return out;
-    const JsonValue& names = value.find("materials")->value;
-    if (!names.is(JsonValue::Kind::kArray) || names.items.size() != 2) {
-        json->fail(names, messages::kPairWithoutTwoNames, messages::kPairWithoutTwoNamesHelp);
-        return out;
-    }
-    out.a = json->string(names.items[0], "a name in `materials`");
-    out.b = json->string(names.items[1], "a name in `materials`");
-    if (json->ok() && out.a == out.b && out.a != "*")
-        json->fail(names, fmt::format(messages::kBleedsIntoItself, out.a),
-                   messages::kBleedsIntoItselfHelp);
-    out.sigma_um = read_sigma(value.find("sigma_um")->value, json);
-    return out;
-}
-
-Bleed read_bleed(const JsonValue& value, JsonReader* json) {
-    static const KeySet keys = {"bleed", {"sigma_um", "pairs", "steps"}, {}};
-    constexpr int kMostSteps = 8;
-    constexpr size_t kMostPairs = 10'000;
-    Bleed out;
-    if (!json->object(value, keys, "`bleed`")) return out;
-    if (const JsonMember* p = value.find("sigma_um")) out.sigma_um = read_sigma(p->value, json);
-    if (const JsonMember* p = value.find("steps"))
-        out.steps = json->integer(p->value, "`steps` of `bleed`", 0, kMostSteps);
-    const JsonMember* pairs = value.find("pairs");
-    if (pairs == nullptr) return out;
-    if (!pairs->value.is(JsonValue::Kind::kArray) || pairs->value.items.size() > kMostPairs) {
-        json->fail(pairs->value, fmt::format(messages::kPairsNoArray, pairs->value.kind_name()),
-                   fmt::format(messages::kPairsNoArrayHelp, kMostPairs));
-        return out;
-    }
-    for (const JsonValue& item : pairs->value.items) {
-        if (!json->ok()) break;
-        out.pairs.push_back(read_pair(item, json));
-    }
     return out;
 }
 
@@ -246,10 +110,23 @@ Vec3d read_scale(const JsonValue& value, JsonReader* json) {
 
 }  // namespace
 
-void read_process(const JsonValue& value, const std::filesystem::path& folder, JsonReader* json,
+std::vector<std::string_view> process_keys() {
+    return {"scale", "about_mm", "field", "cost", "checks"};
+}
+
+void read_process(const JsonValue& value, const std::filesystem::path& file, JsonReader* json,
                   Process* out) {
-    static const KeySet keys = {
-        "process", {"scale", "about_mm", "field", "dead", "cost", "bleed", "checks"}, {}};
+    const std::vector<std::string_view> own = process_keys();
+    KeySet keys{"process", own, {}};
+    if (value.is(JsonValue::Kind::kObject)) {
+        for (const JsonMember& member : value.members) {
+            if (std::ranges::find(own, member.key) != own.end()) continue;
+            keys.keys.push_back(member.key);
+            std::erase_if(out->effects,
+                          [&](const auto& entry) { return entry.member.key == member.key; });
+            out->effects.push_back({member, file.string()});
+        }
+    }
     if (!json->object(value, keys, "`process`")) return;
     if (const JsonMember* p = value.find("scale")) out->scale = read_scale(p->value, json);
     if (const JsonMember* p = value.find("about_mm")) {
@@ -260,11 +137,9 @@ void read_process(const JsonValue& value, const std::filesystem::path& folder, J
         const std::string name = json->string(p->value, "`field`");
         if (json->ok() && name.empty())
             json->fail(p->value, messages::kFieldEmpty, messages::kFieldEmptyHelp);
-        out->field = folder / name;
+        out->field = file.parent_path() / name;
     }
-    if (const JsonMember* p = value.find("dead")) out->dead = read_dead_list(p->value, json);
     if (const JsonMember* p = value.find("cost")) out->cost = read_cost(p->value, json);
-    if (const JsonMember* p = value.find("bleed")) out->bleed = read_bleed(p->value, json);
     if (const JsonMember* p = value.find("checks")) out->checks = read_checks(p->value, json);
 }
 
@@ -275,18 +150,7 @@ Result<Process> load_process(const std::filesystem::path& file, const Process& p
     if (!root) return root.error();
     JsonReader json(file.string());
     Process out = profile;
-    read_process(*root, file.parent_path(), &json, &out);
-    if (!json.ok()) return json.error();
-    return out;
-}
-
-Result<std::vector<DeadNozzles>> load_dead_nozzles(const std::filesystem::path& file) {
-    const Result<std::string> text = read_text_file(file.string(), kLargestProcess);
-    if (!text) return text.error();
-    const Result<JsonValue> root = parse_json(*text, file.string());
-    if (!root) return root.error();
-    JsonReader json(file.string());
-    std::vector<DeadNozzles> out = read_dead_list(*root, &json);
+    read_process(*root, file, &json, &out);
     if (!json.ok()) return json.error();
     return out;
 }

@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -39,27 +40,10 @@ struct Cost {
     std::optional<double> seconds_layer;  ///< besides passes
 };
 
-/// Nozzles of a head that give no drops, and what is printed in place of their material.
-struct DeadNozzles {
-    std::string material, substitute;
-    std::vector<Vec2<int32_t>> nozzles;  ///< ranges, both ends included
-    int32_t head = 0;                    ///< nozzles of the head; 0: as many as there are rows
-    int32_t passes = 1;                  ///< that rows of the tray take turns in
-    int32_t pass = -1;                   ///< the one that these are of; -1: all of them
-    int32_t jog = 0;                     ///< rows that the head moves from one layer to the next
-};
-
-/// How far two materials run into each other before they set.
-struct PairBleed {
-    std::string a,
-        b;  ///< `void` is where nothing is printed; `*` all materials that no other entry has
-    Vec3d sigma_um;
-};
-
-struct Bleed {
-    Vec3d sigma_um;  ///< of pairs that are not listed, void not among them
-    std::vector<PairBleed> pairs;
-    int32_t steps = 2;  ///< in which it is undone
+/// What the effects on voxels read (runtime/process/kinds).
+struct ProcessEntry {
+    JsonMember member;
+    std::string file;
 };
 
 /// What `openfab check` finds fault with. Of a material alone where it is named, of all that is solid
@@ -75,21 +59,22 @@ struct Process {
     std::filesystem::path field;  ///< how far what is built is displaced; empty: not
     Vec3d scale{1, 1, 1};         ///< of all that is built, about `about_mm`
     Vec3d about_mm{0, 0, 0};      ///< in build space
-    std::vector<DeadNozzles> dead;
     std::optional<Cost> cost;
-    std::optional<Bleed> bleed;
     std::optional<Checks> checks;
+    std::vector<ProcessEntry> effects;  ///< all other entries
 };
 
-/// Reads the object; an error goes to `json`.
-/// `folder`: that files are named from.
-void read_process(const JsonValue& value, const std::filesystem::path& folder, JsonReader* json,
+/// The largest file of a process, or of an entry of it.
+constexpr int64_t kLargestProcess = 4'000'000;
+
+/// Returns the keys that are no effects'.
+std::vector<std::string_view> process_keys();
+
+/// Reads the object of a file; an error goes to `json`.
+void read_process(const JsonValue& value, const std::filesystem::path& file, JsonReader* json,
                   Process* out);
 
 /// Reads the file of `--process`, whose items replace those of `profile`.
 Result<Process> load_process(const std::filesystem::path& file, const Process& profile);
-
-/// Reads nozzles alone from a file of `--nozzles`: an array as under `dead`.
-Result<std::vector<DeadNozzles>> load_dead_nozzles(const std::filesystem::path& file);
 
 }  // namespace openfab::world

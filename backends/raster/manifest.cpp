@@ -126,12 +126,18 @@ void put_provenance(Json& json, const pipeline::PrintInfo& info) {
 /// What changed while the print ran.
 void put_changes(Json& json, const pipeline::PrintTotals& totals) {
     if (totals.changes.empty()) return;
-    key(json, "nozzle_changes");
-    json.StartArray();
-    for (const auto& [slice, text] : totals.changes) {
+    std::string open;  // list
+    for (const process::EffectChange& change : totals.changes) {
+        const std::string list = change.effect + "_changes";
+        if (list != open) {
+            if (!open.empty()) json.EndArray();
+            key(json, list.c_str());
+            json.StartArray();
+            open = list;
+        }
         json.StartObject();
-        put(json, "from_slice", int64_t{slice});
-        put(json, "dead", text);
+        put(json, "from_slice", int64_t{change.slice});
+        put(json, change.key.c_str(), change.text);
         json.EndObject();
     }
     json.EndArray();
@@ -285,12 +291,11 @@ namespace {
 
 /// Writes the entries that are only known at the end.
 bool is_of_the_end(const std::string& name) {
-    for (const char* known :
-         {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels", "ml", "g",
-          "nozzle_changes", "sha256", "seals", "slices_of_whole", "slices_elsewhere"}) {
+    for (const char* known : {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels",
+                              "ml", "g", "sha256", "seals", "slices_of_whole", "slices_elsewhere"}) {
         if (name == known) return true;
     }
-    return false;
+    return name.ends_with("_changes");
 }
 
 /// Writes a value without what is only known at the end.

@@ -37,7 +37,8 @@ def fields_of(**arguments: Any) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for key, value in arguments.items():
         if value is not None:
-            fields.update(_fields(key, f"`{key}`", value))
+            for name, field in _fields(key, f"`{key}`", value).items():
+                fields[name] = {**fields.get(name, {}), **field} if isinstance(field, dict) else field
     return fields
 
 
@@ -90,7 +91,9 @@ def _fields(key: str, what: str, value: Any) -> dict[str, Any]:
     if key == "sampling":
         return {"sample_centres": choice(value, what, ("volume", "centre")) == "centre"}
     if isinstance(value, (str, os.PathLike)):
-        return {{"process": "process_file", "nozzles": "nozzles_file"}.get(key, key): os.fsdecode(value)}
+        if key in ("bleed", "nozzles"):
+            return {"effects": {f"--{key}": os.fsdecode(value)}}
+        return {{"process": "process_file"}.get(key, key): os.fsdecode(value)}
     raise InputError(f"{what} cannot be {short(value)}")
 
 

@@ -8,6 +8,7 @@
 
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
@@ -76,8 +77,7 @@ void bind_options(nb::module_& m) {
         .def_rw("settings", &Options::settings)
         .def_rw("printer", &Options::printer)
         .def_rw("process_file", &Options::process_file)
-        .def_rw("bleed", &Options::bleed)
-        .def_rw("nozzles_file", &Options::nozzles_file)
+        .def_rw("effects", &Options::effects)
         .def_rw("support", &Options::support)
         .def_rw("dither", &Options::dither)
         .def_rw("seed", &Options::seed)

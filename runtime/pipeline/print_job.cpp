@@ -6,6 +6,8 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "base/clock.h"
@@ -125,7 +127,8 @@ Result<void> PrintJobImpl::run(SliceSink& sink,
 
     PrintTotals totals = print_totals(committer.totals(), setup_->input.materials.size());
     totals.complete = complete;
-    if (setup_->options.nozzles != nullptr) totals.changes = setup_->options.nozzles->changes();
+    for (const process::Effect* effect : setup_->options.effects)
+        std::ranges::move(effect->changes(), std::back_inserter(totals.changes));
     const double finish_start = seconds_now();
     Result<void> finished = sink.finish(totals);
     if (setup_->options.fractions != nullptr) {

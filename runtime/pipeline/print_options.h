@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "abi/fablet_table.h"
 #include "base/units.h"
@@ -16,8 +17,7 @@
 #include "runtime/dither/dither_rule.h"
 #include "runtime/pipeline/fraction_sink.h"
 #include "runtime/pipeline/slab_clock.h"
-#include "runtime/process/bleed/bleed.h"
-#include "runtime/process/nozzles/nozzles.h"
+#include "runtime/process/effect.h"
 
 namespace openfab::pipeline {
 
@@ -55,11 +55,8 @@ struct PrintOptions {
     double began_seconds = 0;
     FractionSink* fractions =
         nullptr;  ///< takes what the dither takes, too; must outlive the print
-    /// Dead nozzles; null: none. It must outlive the print.
-    process::NozzleSource* nozzles = nullptr;
-    /// What voxels do to their neighbours; null: nothing. It must outlive the print.
-    const process::Bleed* bleed = nullptr;
-    int64_t sink_bytes_per_column = 0;  ///< memory of the sink for each voxel of a slice
+    std::vector<process::Effect*> effects;  ///< of the machine; they must outlive the print
+    int64_t sink_bytes_per_column = 0;      ///< memory of the sink for each voxel of a slice
     /// Receives the lines of printf, in an order that does not depend on threads; called from one
     /// thread.
     std::function<void(const std::string& line)> print_line;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "abi/grow_table.h"
 #include "abi/voxel_hash.h"
@@ -132,31 +133,41 @@ void set_up_slabs(PrintSetup* p) {
     // Nothing is evaluated then that could be left out.
     p->slabs.culling = p->options.culling && p->input.solid_code == 0;
     p->slabs.fractions = p->options.fractions;
-    p->slabs.bleed = p->options.bleed;
+    for (const process::Effect* effect : p->options.effects) {
+        if (effect->spreads()) p->slabs.spreads.push_back(effect);
+    }
     p->slabs.separate_mixtures =
         p->slabs.fractions != nullptr &&
         std::any_of(p->parts.begin(), p->parts.end(), [](const auto& p) { return p->own_dither; });
 }
 
-/// A rule of a fablet has chosen before mixtures are there that bleed could be undone in.
-Result<void> check_bleed(const PrintSetup& p) {
-    if (p.options.bleed == nullptr) return {};
-    for (const auto& part : p.parts) {
-        if (!part->own_dither) continue;
-        return user_error(fmt::format(messages::kBleedWithoutMixtures, part->part->fablet->name));
+Result<void> begin_effects(const PrintSetup& p) {
+    process::EffectGrid grid{p.grid.origin_mm, p.grid.pitch_mm, p.grid.size, {}};
+    const auto ruled =
+        std::ranges::find_if(p.parts, [](const auto& part) { return part->own_dither; });
+    if (ruled != p.parts.end()) grid.ruled_fablet = (*ruled)->part->fablet->name;
+    for (process::Effect* effect : p.options.effects) {
+        if (const Result<void> begun = effect->begin(grid); !begun) return begun;
     }
     return {};
 }
 
 /// Adds what rows of blocks take that are computed from those around them.
-void add_bleed_needs(const process::Bleed& bleed, MemoryNeeds* needs) {
-    const Vec3i near = bleed.reach_blocks();
-    const int64_t slabs = 2 * near.z + 1;
+void add_spread_needs(const std::vector<const process::Effect*>& spreads, MemoryNeeds* needs) {
+    if (spreads.empty()) return;
     const int64_t coverage = needs->per_slab / 2;  // planes and encoded slices stay one slab's
-    needs->per_slab += (slabs - 1) * coverage + (2 * near.y + 1) * slabs * needs->per_row;
-    // Those around, and the one that is made of them, in which all columns may be new.
-    needs->per_row *= slabs + 2;
-    needs->per_thread += bleed.scratch_bytes();
+    const int64_t row = needs->per_row;
+    int64_t slabs = 1, after = 1, most = 0;
+    for (size_t k = spreads.size(); k-- > 0;) {
+        const Vec3i near = spreads[k]->reach_blocks();
+        after = std::exchange(slabs, slabs + 2 * near.z);
+        needs->per_slab += (2 * near.y + 1) * slabs * row;
+        most = std::max(most, spreads[k]->spread_bytes());
+    }
+    needs->per_slab += (slabs - 1) * coverage;
+    // Those around, and those that are made of them, in which all columns may be new.
+    needs->per_row *= slabs + 2 * after;
+    needs->per_thread += most;
 }
 
 Result<MemoryPlan> plan_memory(const PrintSetup* p, const MemoryPlanner& planner,
@@ -174,8 +185,9 @@ Result<MemoryPlan> plan_memory(const PrintSetup* p, const MemoryPlanner& planner
     needs.fixed += textures + p->options.sink_bytes_per_column * columns;
     if (p->options.fractions != nullptr && p->slabs.separate_mixtures) needs.per_row *= 2;
     // Columns whose fractions change become new ones.
-    if (p->options.nozzles != nullptr) needs.per_row *= 2;
-    if (p->options.bleed != nullptr) add_bleed_needs(*p->options.bleed, &needs);
+    for (const process::Effect* effect : p->options.effects)
+        needs.per_row *= effect->changes_voxels() ? 2 : 1;
+    add_spread_needs(p->slabs.spreads, &needs);
     if (p->options.fractions != nullptr)
         needs.per_row += int64_t{p->grid.size.x} * p->slabs.materials * int64_t{sizeof(float)};
     const int32_t slabs = (p->range.y + 7) / 8 - p->range.x / 8;
@@ -243,13 +255,8 @@ Result<void> set_up(PrintSetup* p) {
     set_up_parts(p, caches.crossings);
     if (p->options.interrupted()) return interrupted_early();
     set_up_slabs(p);
-    if (const Result<void> fine = check_bleed(*p); !fine) return fine;
+    if (const Result<void> begun = begin_effects(*p); !begun) return begun;
     if (const Result<void> made = set_up_support(p); !made) return made;
-    if (process::NozzleSource* nozzles = p->options.nozzles; nozzles != nullptr) {
-        const Result<void> begun =
-            nozzles->begin(p->grid.origin_mm, p->grid.pitch_mm, p->grid.size, p->slabs.materials);
-        if (!begun) return begun;
-    }
     if (p->options.interrupted()) return interrupted_early();
 
     const Result<MemoryPlan> plan = plan_memory(p, planner, caches, displaced, textures);

@@ -29,8 +29,8 @@ namespace openfab::pipeline {
 struct SlabSlices {
     int32_t slab = -1;
     int32_t first = 0, end = 0;
-    int32_t shift = 0;                                ///< to their numbers in the sink
-    std::shared_ptr<const process::Nozzles> nozzles;  ///< null: all are alive
+    int32_t shift = 0;  ///< to their numbers in the sink
+    process::SliceEffects effects;
 };
 
 /// A print that is set up. It stays as it is from the first slab to the last; caches in it fill.

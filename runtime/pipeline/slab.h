@@ -15,8 +15,7 @@
 #include "runtime/dither/band.h"
 #include "runtime/pipeline/overlaps.h"
 #include "runtime/pipeline/slab_parts.h"
-#include "runtime/process/bleed/bleed.h"
-#include "runtime/process/nozzles/nozzles.h"
+#include "runtime/process/effect.h"
 #include "runtime/volume/evaluate.h"
 
 namespace openfab::pipeline {
@@ -44,8 +43,8 @@ class SlabRun {
     /// is run of the slab afterwards, between batches of blocks.
     abi::KernelStatus begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators,
                             const std::atomic<bool>* interrupt);
-    /// Sets the nozzles that what is printed from now on has; null: all are alive.
-    void set_nozzles(std::shared_ptr<const process::Nozzles> nozzles);
+    /// Sets the effects on single voxels of what is printed from now on.
+    void set_effects(process::SliceEffects effects);
     /// Returns the number of blocks that culling left: the cost of printing any slices of the slab.
     int64_t blocks_to_evaluate() const { return own_.blocks_to_evaluate(); }
     /// Prints some slices of the slab that was begun into planes(), those of bit z & 7 in `slices`;
@@ -70,31 +69,30 @@ class SlabRun {
 
   private:
     class Around;
+    struct Task;
 
     bool prepare(uint8_t slices);
     Vec2<int32_t> rows_to_run() const;
-    void take_notes(SlabRow* row);
-    void finish_band(dither::RowBand* band, dither::RowBand* mixtures);
-    abi::KernelStatus run_rows(int32_t first, int32_t end, Pool<volume::BlockEvaluator>* evaluators,
-                               const StopFlags& stop);
-    abi::KernelStatus run_rows_with_bleed(int32_t first, int32_t end,
-                                          Pool<volume::BlockEvaluator>* evaluators,
-                                          const StopFlags& stop);
+    Vec3i reach_blocks(size_t first_spread) const;
+    void take_log(SlabRow* row);
+    void finish_row(SlabRow* row);
     abi::KernelStatus evaluate_around(int32_t row, Pool<volume::BlockEvaluator>* evaluators,
                                       Around* around);
+    std::shared_ptr<Around> spread(size_t number, const Task& task);
+    abi::KernelStatus run_rows(int32_t first, int32_t end, Pool<volume::BlockEvaluator>* evaluators,
+                               const StopFlags& stop);
 
     const SlabSetup& setup_;
     SlabParts own_;
-    /// Slabs below and above whose voxels bleed into this one, from the lowest on, without it.
+    /// Slabs below and above within reach of effects on neighbours, from the lowest on, without it.
     std::vector<std::unique_ptr<SlabParts>> near_;
     uint8_t slices_ = 0;  ///< bits of the slices to print
     Pool<SlabRow> rows_;
-    Pool<process::BleedScratch> bleeds_;
     dither::SlabPlanes planes_;
     segments::PrintfLog log_;
     Overlaps overlaps_;
     std::atomic<int64_t> mixed_ = 0;
-    std::shared_ptr<const process::Nozzles> nozzles_;
+    process::SliceEffects effects_;
     dither::SlabDither dither_;
 };
 

@@ -17,9 +17,12 @@
 
 namespace openfab::pipeline {
 
-SlabSlices SlabLoop::with_nozzles(SlabSlices slices) const {
-    if (setup_.options.nozzles != nullptr && slices.slab >= 0)
-        slices.nozzles = setup_.options.nozzles->at_slice(slices.first);
+SlabSlices SlabLoop::with_effects(SlabSlices slices) const {
+    slices.effects.clear();
+    for (process::Effect* effect : setup_.options.effects) {
+        if (slices.slab < 0) break;
+        if (auto here = effect->at_slice(slices.first)) slices.effects.push_back(std::move(here));
+    }
     return slices;
 }
 
@@ -40,7 +43,7 @@ void SlabLoop::print_rest(const SlabTarget& target) {
 void SlabLoop::print_all(const std::function<SlabSlices()>& next, const SlabTarget& target) {
     const auto source = [&](tbb::flow_control& control) {
         SlabSlices slices;
-        if (!target.committer->stopped()) slices = with_nozzles(next());
+        if (!target.committer->stopped()) slices = with_effects(next());
         if (slices.slab < 0) control.stop();
         return slices;
     };
@@ -68,7 +71,7 @@ void SlabLoop::begin_period() const {
 void SlabLoop::print_first(int32_t slab, const SlabTarget& target) {
     begin_period();
     SlabRun* run = take_run();
-    SlabSlices slices = with_nozzles(setup_.slices_of(slab));
+    SlabSlices slices = with_effects(setup_.slices_of(slab));
     const SlabClock::Running running(setup_.options.clock, slices.first, slices.end);
     const abi::KernelStatus begun = run->begin(slab, &evaluators_, target.interrupt);
     // printf lines are ordered by column of a slab, which printing a single slice would break.
@@ -81,7 +84,7 @@ void SlabLoop::print_first(int32_t slab, const SlabTarget& target) {
         alone.end = alone.first + 1;
         target.committer->commit(print_slices(alone, begun, run, target));
         ++slices.first;
-        slices = with_nozzles(std::move(slices));
+        slices = with_effects(std::move(slices));
     }
     target.committer->commit(print_slices(slices, begun, run, target));
     runs_.give(run);
@@ -104,7 +107,7 @@ FinishedSlices SlabLoop::print_slices(const SlabSlices& slices, abi::KernelStatu
     finished.first = slices.first;
     finished.end = slices.end;
     const uint8_t bits = bits_of_slices(slices.first, slices.end);
-    run->set_nozzles(slices.nozzles);
+    run->set_effects(slices.effects);
     finished.status =
         begun.ok() ? run->run(bits, &evaluators_, target.committer->stop_flags()) : begun;
     if (!run->log().empty()) finished.log.append(&run->log());

@@ -48,7 +48,7 @@ class SlabLoop {
     double seconds_count() const { return seconds_count_; }
 
   private:
-    SlabSlices with_nozzles(SlabSlices slices) const;
+    SlabSlices with_effects(SlabSlices slices) const;
     void begin_period() const;
     void print_first(int32_t slab, const SlabTarget& target);
     FinishedSlices print_slab(const SlabSlices& slab, const SlabTarget& target);

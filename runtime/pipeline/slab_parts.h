@@ -3,8 +3,8 @@
 #pragma once
 
 // The parts of a print in one slab (8 slices): coverage, culling, and the evaluation of its rows of
-// blocks into bands. What is made of the bands is the slab's: a print that undoes bleed looks at rows of
-// several slabs at once.
+// blocks into bands. What is made of the bands is the slab's: with effects on neighbours it looks at rows
+// of several slabs at once.
 
 #include <atomic>
 #include <cstdint>
@@ -16,7 +16,7 @@
 #include "runtime/dither/support_fill.h"
 #include "runtime/pipeline/fraction_sink.h"
 #include "runtime/pipeline/overlaps.h"
-#include "runtime/process/bleed/bleed.h"
+#include "runtime/process/effect.h"
 #include "runtime/volume/cull.h"
 #include "runtime/volume/evaluate.h"
 #include "runtime/volume/placed_part.h"
@@ -47,7 +47,7 @@ struct SlabSetup {
     FractionSink* fractions = nullptr;  ///< may be null
     /// Whether mixtures are kept beside what the fablets' rules make of them, for `fractions`.
     bool separate_mixtures = false;
-    const process::Bleed* bleed = nullptr;  ///< null: none
+    std::vector<const process::Effect*> spreads;  ///< effects on neighbours, in order
 };
 
 /// Scratch of one row of blocks in flight.
@@ -59,7 +59,7 @@ struct SlabRow {
     Overlaps overlaps;
     std::vector<volume::OwnedBlock> pending;  ///< blocks of one part to evaluate
     segments::PrintfLog log;
-    std::vector<uint64_t> present;  ///< of process::Bleed::find_present
+    std::vector<uint64_t> notes;  ///< of the next effect on neighbours
 };
 
 /// Memory of the parts in one slab, reused by later slabs.

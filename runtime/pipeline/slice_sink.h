@@ -14,6 +14,7 @@
 
 #include "base/result.h"
 #include "base/vec.h"
+#include "runtime/process/effect_change.h"
 
 namespace openfab::pipeline {
 
@@ -66,8 +67,7 @@ struct PrintTotals {
     std::vector<int64_t> voxels_by_code;  ///< [0] void inside the grid
     uint64_t hash = 0;                    ///< of all slices, independent of format (print_hash.h)
     Box3i tight;                          ///< printed voxels, hi exclusive
-    /// What changed while the print ran: the first slice that was printed so, and what it says.
-    std::vector<std::pair<int32_t, std::string>> changes;
+    std::vector<process::EffectChange> changes;  ///< while the print ran
 
     /// Adds those of other slices of the same print; `complete` stays.
     void add(const PrintTotals& more) {

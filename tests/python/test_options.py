@@ -47,7 +47,7 @@ VALUES: dict[str, Any] = {
     "token_file": "token", "tls_ca": "ca.pem", "png_indexed": True, "grey_material": "white", "flip_x": True,
     "fractions_supersample": 2, "sample_centres": True, "inputs": ["a.obj"], "memory_bytes": 300_000_000,
     "memory_given": True, "threads": 2, "culling": False, "slabs_in_flight": 3, "input": "w.fab.json", "allow": ["meshes"],
-    "settings": ["ball.skin=1"], "printer": "j750", "process_file": "p.json", "bleed": "show", "nozzles_file": "n.json",
+    "settings": ["ball.skin=1"], "printer": "j750", "process_file": "p.json", "effects": {"--bleed": "show", "--nozzles": "n.json"},
     "support": "off", "dither": "own", "seed": 2**64 - 1, "previews": [],
 }
 

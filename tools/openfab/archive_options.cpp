@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "base/talking_program.h"
+#include "runtime/process/kinds/kinds.h"
 #include "tools/openfab/archive.h"
 
 namespace openfab::tools {
@@ -15,17 +16,15 @@ namespace {
 
 using enum OptionRole;
 
-/// All options of `openfab print`: one that is not here is refused, so that a new one is thought of.
+/// All options of `openfab print` but those of effects: one that is not here is refused, so that a new one is thought of.
 constexpr ArchivedOption kOptions[] = {
     {"INPUT", kPath},
     {"--printer", kPath},
     {"--process", kPath},
-    {"--nozzles", kPath},
     {"--fablet", kPath},
     {"--schedule", kPath},
     {"--param", kKept},
     {"--format", kKept},
-    {"--bleed", kKept},
     {"--as-built", kKept},
     {"--voxel", kKept},
     {"--dpi", kKept},
@@ -84,6 +83,10 @@ constexpr ArchivedOption kOptions[] = {
 }  // namespace
 
 const ArchivedOption* find_archived_option(std::string_view name) {
+    if (const process::Kind* kind = process::find_option(name); kind != nullptr) {
+        static constexpr ArchivedOption kFile{"", kPath}, kChoice{"", kKept};
+        return kind->option.choices.empty() ? &kFile : &kChoice;
+    }
     const auto* found = std::find_if(std::begin(kOptions), std::end(kOptions),
                                      [&](const ArchivedOption& each) { return each.name == name; });
     return found == std::end(kOptions) ? nullptr : found;

@@ -27,6 +27,7 @@
 #include "program/options.h"
 #include "program/output_check.h"
 #include "program/print_record.h"
+#include "runtime/process/kinds/kinds.h"
 #include "texture/cache.h"
 #include "tools/openfab/check.h"
 #include "tools/openfab/commands.h"
@@ -182,7 +183,10 @@ Result<void> check_print(const program::Options& options, const CompileOptions& 
         check.print_words.emplace_back(name);
         check.print_words.push_back(value);
     };
-    word("--nozzles", options.nozzles_file);
+    // Its own print leaves effects on neighbours as they are.
+    for (const auto& [name, value] : options.effects) {
+        if (process::find_option(name)->option.choices.empty()) word(name.c_str(), value);
+    }
     word("--dither", options.dither);
     word("--support", options.support);
     word("--seed", options.seed == 0 ? "" : fmt::format("{}", options.seed));

@@ -2,14 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/process/bleed/bleed.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <utility>
 
 #include "abi/stage_table.h"
 #include "base/check.h"
+#include "runtime/process/bleed/messages.h"
 
 namespace openfab::process {
 
@@ -19,10 +23,6 @@ constexpr float kWhole = 65535.0f;
 constexpr size_t kMostBits = 64;
 /// Block columns that are computed at a time: so few that what they take stays in a cache.
 constexpr int32_t kRunBlocks = 8;
-
-int32_t blocks_of(int32_t voxels) {
-    return (voxels + 7) / 8;
-}
 
 }  // namespace
 
@@ -39,8 +39,9 @@ Bleed::Bleed(std::vector<PairSpread> pairs, int32_t undo_steps, bool show)
         reach_[axis] = times * kernels_.radius[axis];
 }
 
-Vec3i Bleed::reach_blocks() const {
-    return {blocks_of(reach_.x), blocks_of(reach_.y), blocks_of(reach_.z)};
+Result<void> Bleed::begin(const EffectGrid& grid) {
+    if (grid.ruled_fablet.empty()) return {};
+    return user_error(fmt::format(messages::kBleedWithoutMixtures, grid.ruled_fablet));
 }
 
 uint64_t Bleed::bit_of(int32_t channel) const {
@@ -54,14 +55,14 @@ bool Bleed::may_change(uint64_t present) const {
                        [&](uint64_t pair) { return (present & pair) == pair; });
 }
 
-int64_t Bleed::scratch_bytes() const {
+int64_t Bleed::spread_bytes() const {
     const int64_t x = 8 * kRunBlocks + 2 * reach_.x, y = 8 + 2 * reach_.y, z = 8 + 2 * reach_.z;
     const auto fields = static_cast<int64_t>(5 * kernels_.channels.size() + 3);
     return x * y * z * fields * static_cast<int64_t>(sizeof(float));
 }
 
-void Bleed::find_present(const dither::RowBand& band, std::vector<uint64_t>* present) const {
-    present->assign(static_cast<size_t>(band.blocks), bit_of(0));
+void Bleed::note(const dither::RowBand& band, std::vector<uint64_t>* notes) const {
+    notes->assign(static_cast<size_t>(band.blocks), bit_of(0));
     for (int32_t block = band.first_block; block < band.end_block; ++block) {
         uint64_t bits = 0;
         for (int32_t y = 0; y < 8; ++y) {
@@ -90,7 +91,7 @@ void Bleed::find_present(const dither::RowBand& band, std::vector<uint64_t>* pre
                 }
             }
         }
-        (*present)[static_cast<size_t>(block)] = bits;
+        (*notes)[static_cast<size_t>(block)] = bits;
     }
 }
 
@@ -102,7 +103,7 @@ Vec2<int32_t> Bleed::present_around(const NearBands& near, std::vector<uint64_t>
     Vec2<int32_t> written{own.first_block, own.end_block};
     for (const NearBands::One& one : near.bands) {
         for (size_t block = 0; block < any.size(); ++block)
-            any[block] |= one.band != nullptr ? (*one.present)[block] : bit_of(0);
+            any[block] |= one.band != nullptr ? (*one.notes)[block] : bit_of(0);
         if (one.band == nullptr || one.band->first_block >= one.band->end_block || !leaves_parts_)
             continue;
         if (written.x >= written.y) written = {one.band->first_block, one.band->end_block};
@@ -119,6 +120,12 @@ Vec2<int32_t> Bleed::present_around(const NearBands& near, std::vector<uint64_t>
                 x < 0 || x >= own.blocks ? bit_of(0) : any[static_cast<size_t>(x)];
     }
     return written;
+}
+
+void Bleed::spread(const NearBands& near, const Vec3i& size, dither::RowBand* out) const {
+    BleedScratch* scratch = scratches_.take([] { return std::make_unique<BleedScratch>(); });
+    apply(near, size, scratch, out);
+    scratches_.give(scratch);
 }
 
 void Bleed::apply(const NearBands& near, const Vec3i& size, BleedScratch* scratch,

@@ -15,22 +15,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/pool.h"
 #include "base/vec.h"
 #include "runtime/dither/band.h"
 #include "runtime/process/bleed/bleed_window.h"
+#include "runtime/process/effect.h"
 
 namespace openfab::process {
-
-/// The bands around a row of blocks: [dz][dy], of the slabs and rows within reach; null: all void.
-struct NearBands {
-    struct One {
-        const dither::RowBand* band = nullptr;
-        const std::vector<uint64_t>* present = nullptr;  ///< of Bleed::find_present
-    };
-    std::vector<One> bands;
-    int32_t slab = 0;  ///< of the middle one
-    int32_t row = 0;
-};
 
 /// What one thread needs to compute a row.
 struct BleedScratch {
@@ -38,7 +29,7 @@ struct BleedScratch {
     std::vector<uint64_t> present;
 };
 
-class Bleed {
+class Bleed : public Effect {
   public:
     /// At most that many voxels are within reach along an axis.
     static constexpr int32_t kMostReach = 32;
@@ -46,25 +37,22 @@ class Bleed {
     /// `undo_steps`: 0 does not undo it. `show`: the fractions become those that come out.
     Bleed(std::vector<PairSpread> pairs, int32_t undo_steps, bool show);
 
-    /// Returns how far voxels change each other along each axis.
-    const Vec3i& reach() const { return reach_; }
-    Vec3i reach_blocks() const;
-    /// Whether voxels that were void may get material.
-    bool leaves_parts() const { return leaves_parts_; }
-
-    /// Finds which materials each block of a band has that bleed, as bits.
-    void find_present(const dither::RowBand& band, std::vector<uint64_t>* present) const;
-    /// Sets `out` to the middle band with its fractions changed. `size` of the grid in voxels.
-    void apply(const NearBands& near, const Vec3i& size, BleedScratch* scratch,
-               dither::RowBand* out) const;
-    /// Returns the bytes of a BleedScratch.
-    int64_t scratch_bytes() const;
+    /// A rule of a fablet has chosen before mixtures are there that bleed could be undone in.
+    Result<void> begin(const EffectGrid& grid) override;
+    Vec3i reach() const override { return reach_; }
+    bool leaves_parts() const override { return leaves_parts_; }
+    /// Notes which materials each block has that bleed, as bits.
+    void note(const dither::RowBand& band, std::vector<uint64_t>* notes) const override;
+    void spread(const NearBands& near, const Vec3i& size, dither::RowBand* out) const override;
+    int64_t spread_bytes() const override;
 
   private:
     /// The bit of a channel in what find_present finds; 0: it does not bleed.
     uint64_t bit_of(int32_t channel) const;
     bool may_change(uint64_t present) const;
     Vec2<int32_t> present_around(const NearBands& near, std::vector<uint64_t>* around) const;
+    void apply(const NearBands& near, const Vec3i& size, BleedScratch* scratch,
+               dither::RowBand* out) const;
     void load(const NearBands& near, const Vec3i& size, const Vec3i& lowest,
               BleedWindow* window) const;
     void store(const BleedWindow& window, const Vec3i& lowest, const Vec2<int32_t>& blocks,
@@ -76,6 +64,7 @@ class Bleed {
     int32_t undo_steps_;
     bool show_, leaves_parts_ = false;
     Vec3i reach_;
+    mutable Pool<BleedScratch> scratches_;
 };
 
 }  // namespace openfab::process

@@ -229,14 +229,14 @@ class Nozzles::RowMaps {
     Column column_{};
 };
 
-void Nozzles::apply(int32_t slab, int32_t height, dither::RowBand* band) const {
+void Nozzles::before_dither(int32_t slab, int32_t height, dither::RowBand* band) const {
     RowMaps maps(*this, slab);
     for (int32_t y = 0; y < std::min(8, height - 8 * band->row); ++y) {
         if (maps.begin(8 * band->row + y)) apply_to_row(y, &maps, band);
     }
 }
 
-void Nozzles::apply_to_codes(int32_t slab, int32_t height, dither::RowBand* band) const {
+void Nozzles::after_dither(int32_t slab, int32_t height, dither::RowBand* band) const {
     RowMaps maps(*this, slab);
     for (int32_t y = 0; y < std::min(8, height - 8 * band->row); ++y) {
         if (!maps.begin(8 * band->row + y)) continue;

@@ -16,6 +16,7 @@
 #include "base/result.h"
 #include "base/vec.h"
 #include "runtime/dither/band.h"
+#include "runtime/process/effect.h"
 
 namespace openfab::process {
 
@@ -48,7 +49,7 @@ struct MachineRows {
     int64_t layer(const Vec3i& voxel) const;
 };
 
-class Nozzles {
+class Nozzles : public SliceEffect {
   public:
     /// By code: the one that is printed in its place, itself where it can be printed.
     using CodeMap = std::array<uint8_t, 256>;
@@ -62,10 +63,9 @@ class Nozzles {
     /// Fails where a material of the grid has a row without any live substitute.
     Result<void> check(const Vec3i& size, const std::vector<std::string>& names) const;
 
-    /// Substitutes in the voxels of slab `slab`, mixtures before they are dithered.
-    void apply(int32_t slab, int32_t height, dither::RowBand* band) const;
-    /// Substitutes codes alone, of a band that is dithered.
-    void apply_to_codes(int32_t slab, int32_t height, dither::RowBand* band) const;
+    /// Substitutes in mixtures, too.
+    void before_dither(int32_t slab, int32_t height, dither::RowBand* band) const override;
+    void after_dither(int32_t slab, int32_t height, dither::RowBand* band) const override;
 
   private:
     class RowMaps;
@@ -75,20 +75,6 @@ class Nozzles {
     std::vector<DeadRows> dead_;
     MachineRows rows_;
     bool jogs_;  ///< layers matter
-};
-
-/// Gives the nozzles of a print that streams, which may change between its slabs. Called from one
-/// thread at a time, in order.
-class NozzleSource {
-  public:
-    virtual ~NozzleSource() = default;
-    /// Returns those of the slices from z on; null: all are alive.
-    virtual std::shared_ptr<const Nozzles> at_slice(int32_t z) = 0;
-    /// Called once, when the grid is known. `materials`: codes that mixtures may hold.
-    virtual Result<void> begin(const Vec3d& origin_mm, const Vec3d& pitch_mm, const Vec3i& size,
-                               int32_t materials) = 0;
-    /// Returns the changes since the first slice: the slice that each began with, and what it says.
-    virtual std::vector<std::pair<int32_t, std::string>> changes() const = 0;
 };
 
 }  // namespace openfab::process

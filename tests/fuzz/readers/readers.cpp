@@ -39,6 +39,7 @@
 #include "mesh/read/threemf.h"
 #include "mesh/read/threemf_beams.h"
 #include "mesh/read/threemf_shapes.h"
+#include "runtime/process/kinds/kinds.h"
 #include "runtime/solid/grow/program_answer.h"
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -225,7 +226,8 @@ bool world(std::string_view bytes) {
 }
 
 bool printer(std::string_view bytes) {
-    return answered(world::load_printer(written("a.printer.json", bytes)));
+    const Result<world::Printer> read = world::load_printer(written("a.printer.json", bytes));
+    return read ? answered(process::read_effects(read->process)) : answered(read);
 }
 
 bool transforms(std::string_view bytes) {

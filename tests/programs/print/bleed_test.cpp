@@ -13,6 +13,7 @@
 
 #include "backends/raster/png_encode.h"
 #include "program/messages.h"
+#include "runtime/process/bleed/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
 
@@ -188,12 +189,12 @@ TEST_F(BleedOption, MistakesAreTold) {
     fails(R"({"bleed": {"pairs": [{"materials": ["white", "white"], "sigma_um": 3}]}})", {},
           "does not bleed into itself");
     fails(R"({"bleed": {"pairs": 4}})", {}, "`pairs`");
-    fails(R"({"scale": 1})", {"--bleed", "show"}, program::messages::kBleedNotKnown);
+    fails(R"({"scale": 1})", {"--bleed", "show"}, process::messages::kBleedNotKnown);
     scratch_.write("other.json",
                    R"({"bleed": {"pairs": [{"materials": ["white", "gold"], "sigma_um": 30}]}})");
     const Outcome other = print({"--process", path("other.json"), "-o", path("x.ofr")});
     EXPECT_EQ(other.exit_code, 0) << other.err;
-    EXPECT_THAT(other.err, Says(program::messages::kBleedIdle, "gold"));
+    EXPECT_THAT(other.err, Says(process::messages::kBleedIdle, "gold"));
 }
 
 /// The sum of the pictures of a folder, in voxels of pure material, and the number of grey pixels.

@@ -13,6 +13,7 @@
 
 #include "base/messages.h"
 #include "program/messages.h"
+#include "runtime/process/bleed/messages.h"
 #include "runtime/process/nozzles/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
@@ -229,16 +230,16 @@ TEST_F(ProcessOption, TroubleIsTold) {
     EXPECT_THAT(error_of(R"({"ded": []})"), testing::Says(messages::kDidYouMean, "dead"));
     EXPECT_THAT(
         error_of(R"({"dead": [{"material": "white", "substitute": "red", "nozzles": [1]}]})"),
-        Says(program::messages::kSubstituteIs, "*", "red", program::messages::kNoMaterialOfPrint));
+        Says(process::messages::kSubstituteIs, "*", "red", process::messages::kNoMaterialOfPrint));
     EXPECT_THAT(error_of(R"({"dead": [{"material": "K", "substitute": "black", "nozzles": [1]}]})"),
-                Says(program::messages::kDeadNozzlesTwice));
+                Says(process::messages::kDeadNozzlesTwice));
     EXPECT_THAT(error_of(R"({"dead": [
         {"material": "white", "substitute": "black", "nozzles": [[0, 3]], "head": 4},
         {"material": "black", "substitute": "white", "nozzles": [2], "head": 4}]})"),
                 Says(process::messages::kSubstitutesInCircle));
     EXPECT_THAT(error_of(R"({"dead": [{"material": "K", "substitute": "grey", "nozzles": [9],
                              "head": 8}]})"),
-                Says(world::messages::kNoSuchNozzle, 9, 8));
+                Says(process::messages::kNoSuchNozzle, 9, 8));
     EXPECT_THAT(error_of(R"({"scale": 3})"), HasSubstr("between 0.5 and 2"));
     scratch_.write("p.json",
                    R"({"dead": [{"material": "cyan", "substitute": "x", "nozzles": [1]}]})");
@@ -251,23 +252,23 @@ TEST_F(ProcessOption, TroubleIsTold) {
         return outcome.err;
     };
     EXPECT_THAT(told(R"({"dead": [{"material": "blakc", "substitute": "white", "nozzles": [1]}]})"),
-                Says(program::messages::kDeadNozzlesIdle, "blakc", "did you mean `black`?"));
+                Says(process::messages::kDeadNozzlesIdle, "blakc", "did you mean `black`?"));
     EXPECT_THAT(told(R"({"bleed": {"pairs": [{"materials": ["wihte", "K"], "sigma_um": 60}]}})"),
-                Says(program::messages::kBleedIdle, "wihte", "did you mean `white`?"));
+                Says(process::messages::kBleedIdle, "wihte", "did you mean `white`?"));
     EXPECT_THAT(
         told(R"({"dead": [{"material": "black", "substitute": "white", "nozzles": [100000]}]})"),
         HasSubstr("dead nozzle 100000 of `black` changes nothing"));
     EXPECT_THAT(told(R"({"about_mm": [1, 2, 3]})"), Says(program::messages::kAboutWithoutScale));
     EXPECT_THAT(told(R"({"bleed": {"pairs": [{"materials": ["white", "black"], "sigma_um": 60},
                                              {"materials": ["black", "white"], "sigma_um": 30}]}})"),
-                Says(program::messages::kBleedTwice, "black", "white"));
+                Says(process::messages::kBleedTwice, "black", "white"));
     EXPECT_THAT(told(R"({"bleed": {"pairs": [{"materials": ["white", "*"], "sigma_um": 60},
                                              {"materials": ["black", "*"], "sigma_um": 30}]}})"),
                 Not(HasSubstr("twice")));
     const std::string both =
         told(R"({"bleed": {"pairs": [{"materials": ["cyan", "red"], "sigma_um": 60}]}})");
-    EXPECT_THAT(both, Says(program::messages::kBleedIdle, "cyan", "*"));
-    EXPECT_THAT(both, Says(program::messages::kBleedIdle, "red", "*"));
+    EXPECT_THAT(both, Says(process::messages::kBleedIdle, "cyan", "*"));
+    EXPECT_THAT(both, Says(process::messages::kBleedIdle, "red", "*"));
     EXPECT_THAT(told(R"({"cost": {"price_ml": {"wihte": 1, "black": 2, "grey": 3}}})"),
                 Says(program::messages::kCostIdle, "price_ml", "`wihte`", "`white`"));
     EXPECT_THAT(told(R"({"cost": {"price_ml": {"cyan": 1, "*": 2}}})"), ::testing::IsEmpty());

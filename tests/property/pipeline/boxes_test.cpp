@@ -12,6 +12,7 @@
 #include <memory>
 #include <utility>
 
+#include "runtime/process/bleed/bleed.h"
 #include "tests/support/prints/box_print.h"
 #include "tests/support/prints/test_fablets.h"
 
@@ -221,17 +222,98 @@ TEST(BoxPrint, OneOutputOfEveryDither) {
 
 // A pipeline of five stages, where rows wait for those around them, and for other slabs.
 TEST(BoxPrint, OneOutputWithBleed) {
-    const process::Bleed shown({{1, 2, {0.9, 1.1, 0.6}}, {0, 2, {0.5, 0.5, 0.5}}}, 0, true);
-    const process::Bleed undone({{1, 2, {0.9, 1.1, 0.6}}}, 2, false);
+    process::Bleed shown({{1, 2, {0.9, 1.1, 0.6}}, {0, 2, {0.5, 0.5, 0.5}}}, 0, true);
+    process::Bleed undone({{1, 2, {0.9, 1.1, 0.6}}}, 2, false);
     const Printed none = testing::print_boxes(assembly());
-    for (const process::Bleed* bleed : {&shown, &undone}) {
+    for (process::Bleed* bleed : {&shown, &undone}) {
         pipeline::PrintOptions options;
-        options.bleed = bleed;
+        options.effects = {bleed};
         const Printed printed = testing::print_boxes(assembly(), options);
         ASSERT_TRUE(printed.ok) << printed.error.text();
         EXPECT_NE(printed.statistics.hash, none.statistics.hash);
         expect_one_output(options, 2);
     }
+}
+
+/// Moves all that is printed, by voxels along x, y and z.
+class Shift : public process::Effect {
+  public:
+    explicit Shift(const Vec3i& by) : by_(by) {}
+    Result<void> begin(const process::EffectGrid& /*grid*/) override { return {}; }
+    Vec3i reach() const override { return {std::abs(by_.x), std::abs(by_.y), std::abs(by_.z)}; }
+    bool leaves_parts() const override { return true; }
+    void note(const dither::RowBand& band, std::vector<uint64_t>* notes) const override {
+        notes->assign(static_cast<size_t>(band.blocks), 7);
+    }
+    void spread(const process::NearBands& near, const Vec3i& size,
+                dither::RowBand* out) const override {
+        const dither::RowBand& own = *near.bands[near.bands.size() / 2].band;
+        const Vec3i blocks = reach_blocks();
+        out->reset(near.row, own.blocks, own.channels, 0, own.blocks);
+        for (int32_t i = 0; i < 64 * size.x; ++i) {
+            const Vec3i to{i / 64, 8 * near.row + i / 8 % 8, 8 * near.slab + i % 8};
+            const Vec3i from = to - by_;
+            if (from.x < 0 || from.x >= size.x || from.y < 0 || from.y >= size.y || from.z < 0 ||
+                from.z >= size.z || to.y >= size.y || to.z >= size.z)
+                continue;
+            const int32_t slab = from.z / 8 - near.slab + blocks.z;
+            const int32_t row = from.y / 8 - near.row + blocks.y;
+            const auto& [band, notes] =
+                near.bands[static_cast<size_t>(slab * (2 * blocks.y + 1) + row)];
+            ASSERT_NE(band, nullptr);
+            EXPECT_EQ(notes->size(), static_cast<size_t>(own.blocks));
+            const auto column = static_cast<size_t>(from.y % 8 * own.width() + from.x);
+            const int32_t z = from.z % 8;
+            out->codes_at(to.x, to.y % 8)[to.z % 8] =
+                band->codes[8 * column + static_cast<size_t>(z)];
+            if ((band->mixed_row(from.y % 8)[from.x] >> z & 1) == 0) continue;
+            const int32_t fresh = out->add_columns(1);  // of 8 voxels; one is used
+            uint8_t& marks = out->mixed_row(to.y % 8)[to.x];
+            int32_t& number = out->columns[static_cast<size_t>(to.y % 8 * own.width() + to.x)];
+            if (marks == 0) number = fresh;
+            for (int32_t m = 0; m < own.channels; ++m) {
+                out->fractions_at(number)[8 * m + to.z % 8] = band->fractions[static_cast<size_t>(
+                    8 * own.channels * band->columns[column] + 8 * m + z)];
+            }
+            marks = static_cast<uint8_t>(marks | 1 << to.z % 8);
+            out->any_mixed = true;
+            out->mixed_blocks[static_cast<size_t>(to.x / 8)] = 1;
+        }
+    }
+
+  private:
+    Vec3i by_;
+};
+
+// Each effect on neighbours takes what those before it made, in the rows and slabs around.
+TEST(BoxPrint, EffectsOnNeighboursFollowEachOther) {
+    Shift whole({5, -20, 14}), first({2, -3, 9}), second({1, -15, 2}), third({2, -2, 3});
+    pipeline::PrintOptions options;
+    options.effects = {&whole};
+    const Printed once = testing::print_boxes(assembly(), options);
+    ASSERT_TRUE(once.ok) << once.error.text();
+    options.effects = {&first, &second, &third};
+    const Printed thrice = testing::print_boxes(assembly(), options);
+    ASSERT_TRUE(thrice.ok) << thrice.error.text();
+    EXPECT_GT(once.statistics.voxels_solid, 1000);
+    EXPECT_EQ(thrice.sink.codes(), once.sink.codes());
+    expect_one_output(options, 2);
+
+    const std::vector<BoxPart> pure{
+        {{0.013, 0.021, 0.019}, {2.03, 3.11, 2.37}, &testing::solid_fablet(), 0, {1, 1, 0}}};
+    const Printed moved = testing::print_boxes(pure, options);
+    const std::vector<uint8_t> here = testing::print_boxes(pure).sink.codes();
+    const Vec3i size = moved.sink.info.size, by{5, -20, 14};
+    std::vector<uint8_t> expected(here.size(), 0);
+    for (size_t i = 0; i < here.size(); ++i) {
+        const auto n = static_cast<int32_t>(i);
+        const Vec3i from = Vec3i{n % size.x, n / size.x % size.y, n / size.x / size.y} - by;
+        if (from.x < 0 || from.y < 0 || from.z < 0 || from.x >= size.x || from.y >= size.y ||
+            from.z >= size.z)
+            continue;
+        expected[i] = here[static_cast<size_t>((from.z * size.y + from.y) * size.x + from.x)];
+    }
+    EXPECT_EQ(moved.sink.codes(), expected);
 }
 
 TEST(BoxPrint, OneOutputWhateverTheSettings) {

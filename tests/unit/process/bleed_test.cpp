@@ -188,7 +188,7 @@ class Grid {
                     continue;
                 }
                 const auto i = static_cast<size_t>(s * rows + r);
-                bleed.find_present(bands_[i], &present_[i]);
+                bleed.note(bands_[i], &present_[i]);
                 out.bands.push_back({&bands_[i], &present_[i]});
             }
         }
@@ -286,12 +286,11 @@ void expect_rows_of_the_whole(const std::vector<PairSpread>& pairs, int32_t step
         }
     }
     whole.run(kernels, steps, show);
-    BleedScratch scratch;
     dither::RowBand out;
     int64_t changed = 0;
     for (int32_t z = 0; z < size.z; ++z) {
         for (int32_t row = 0; row < 3; ++row) {
-            bleed.apply(grid.near(bleed, z / 8, row), size, &scratch, &out);
+            bleed.spread(grid.near(bleed, z / 8, row), size, &out);
             for (int32_t y = 0; y < std::min(8, size.y - 8 * row); ++y) {
                 for (int32_t x = 0; x < size.x; ++x) {
                     int32_t sum = 0;
@@ -335,11 +334,10 @@ TEST(Bleed, DoesNothingWhereNothingMeets) {
     const Vec3i size{24, 24, 24};
     const Bleed bleed({{1, 2, {1, 1, 1}}}, 2, false);
     Grid grid(size, 1, 5);  // has no 2
-    BleedScratch scratch;
     dither::RowBand out;
     for (int32_t slab = 0; slab < 3; ++slab) {
         const NearBands near = grid.near(bleed, slab, 1);
-        bleed.apply(near, size, &scratch, &out);
+        bleed.spread(near, size, &out);
         const dither::RowBand& own = *near.bands[near.bands.size() / 2].band;
         EXPECT_EQ(out.codes, own.codes);
         EXPECT_EQ(out.fractions, own.fractions);

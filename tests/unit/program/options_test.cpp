@@ -167,7 +167,7 @@ TEST(PrintOptions, ValuesAreCheckedWhateverMadeThem) {
                     o->slices = Vec2<int32_t>{-1, 5};
                 }),
                 Says(messages::kBadValue, "--slices", "-1:5"));
-    EXPECT_THAT(error_of([](Options* o) { o->bleed = "some"; }),
+    EXPECT_THAT(error_of([](Options* o) { o->effects["--bleed"] = "some"; }),
                 Says(messages::kBadValue, "--bleed", "some"));
     EXPECT_THAT(error_of([](Options* o) { o->memory_bytes = 0; }),
                 Says(messages::kBadValue, "--memory", "0B"));
