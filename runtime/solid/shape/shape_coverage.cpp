@@ -105,8 +105,9 @@ void ShapeCoverage::cover(int32_t slab, const Columns& columns, ShapeCalls* call
             if (value_lo[i] >= 0 || lies[i] == Lies::kOutside) continue;
             const Vec2<int32_t> at = open[i];
             if (value_hi[i] < 0 && lies[i] == Lies::kInside) {
-                const int32_t x0 = std::max(at.x, box_.lo.x), x1 = std::min(at.x + side, box_.hi.x);
-                const int32_t y0 = std::max(at.y, box_.lo.y), y1 = std::min(at.y + side, box_.hi.y);
+                const int32_t x0 = std::max(at.x, box_.lo.x), y0 = std::max(at.y, box_.lo.y);
+                const int32_t x1 = std::min({at.x + side, box_.hi.x, columns.x1});
+                const int32_t y1 = std::min({at.y + side, box_.hi.y, columns.y1});
                 for (int32_t y = y0; y < y1; ++y) {
                     uint8_t* row = &out->mask[static_cast<size_t>(y - out->y0) *
                                               static_cast<size_t>(out->width)];
@@ -194,33 +195,10 @@ void ShapeCoverage::evaluate(int32_t slab, std::span<const Vec2<int32_t>> tiles,
 
 void ShapeCoverage::raise_tops(const Columns& columns, TopRows* rows) const {
     ShapeCalls* calls = field_.take();
-    voxel::SlabMask mask;
-    mask.x0 = columns.x0 & ~7, mask.y0 = columns.y0 & ~7;
-    mask.width = ((columns.x1 + 7) & ~7) - mask.x0;
-    mask.height = ((columns.y1 + 7) & ~7) - mask.y0;
-    const auto size = static_cast<size_t>(mask.width) * static_cast<size_t>(mask.height);
-    std::vector<uint8_t> done(size, 0);
-    size_t left = columns.count();
-    for (int32_t slab = (box_.hi.z - 1) / kSlabSlices; slab >= box_.lo.z / kSlabSlices && left > 0;
-         --slab) {
-        mask.mask.assign(size, 0);
-        cover(slab, {mask.x0, mask.y0, mask.x0 + mask.width, mask.y0 + mask.height}, calls, nullptr,
-              &mask);
-        for (int32_t y = columns.y0; y < columns.y1; ++y) {
-            for (int32_t x = columns.x0; x < columns.x1; ++x) {
-                const size_t i =
-                    static_cast<size_t>(y - mask.y0) * static_cast<size_t>(mask.width) +
-                    static_cast<size_t>(x - mask.x0);
-                if (mask.mask[i] == 0 || done[i] != 0) continue;
-                done[i] = 1;
-                --left;
-                int32_t top = 7;
-                while ((mask.mask[i] >> top & 1) == 0)
-                    --top;
-                rows->raise(x, y, kSlabSlices * slab + top);
-            }
-        }
-    }
+    raise_to_covered(box_, columns, rows,
+                     [&](int32_t slab, const Columns& all, voxel::SlabMask* mask) {
+                         cover(slab, all, calls, nullptr, mask);
+                     });
     field_.give(calls);
 }
 

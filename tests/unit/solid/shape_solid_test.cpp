@@ -218,6 +218,23 @@ void expect_coverage(const Made& made, double pitch, double volume) {
     rows.top.assign(tops.size(), 0);
     placed->raise_tops({0, 0, grid.size.x, grid.size.y}, &rows);
     EXPECT_EQ(rows.top, tops);
+    // As support asks: some columns at a time, which end within tiles.
+    constexpr int32_t kWide = 43, kHigh = 21;
+    for (int32_t y = 0; y < grid.size.y; y += kHigh) {
+        for (int32_t x = 0; x < grid.size.x; x += kWide) {
+            rows.top.assign(tops.size(), 0);
+            const Columns columns{x, y, std::min(x + kWide, grid.size.x),
+                                  std::min(y + kHigh, grid.size.y)};
+            placed->raise_tops(columns, &rows);
+            for (int32_t at = 0; at < grid.size.x * grid.size.y; ++at) {
+                const int32_t column = at % grid.size.x, row = at / grid.size.x;
+                const bool asked = column >= columns.x0 && column < columns.x1 &&
+                                   row >= columns.y0 && row < columns.y1;
+                const auto i = static_cast<size_t>(at);
+                ASSERT_EQ(rows.top[i], asked ? tops[i] : 0) << column << ", " << row;
+            }
+        }
+    }
     EXPECT_TRUE(solid->status());
 }
 
