@@ -291,8 +291,9 @@ namespace {
 
 /// Writes the entries that are only known at the end.
 bool is_of_the_end(const std::string& name) {
-    for (const char* known : {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels",
-                              "ml", "g", "sha256", "seals", "slices_of_whole", "slices_elsewhere"}) {
+    for (const char* known :
+         {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels", "ml", "g", "sha256",
+          "seals", "slices_of_whole", "slices_elsewhere"}) {
         if (name == known) return true;
     }
     return name.ends_with("_changes");
