@@ -33,6 +33,21 @@ void add_error(const JsonValue& event, PrintWords* words) {
     }
 }
 
+/// The last whole line that is an event of this kind, whatever its spaces.
+std::optional<JsonValue> last_event(std::string_view err, std::string_view kind) {
+    for (size_t end = err.rfind('\n'); end != std::string_view::npos && end > 0;) {
+        const size_t before = err.rfind('\n', end - 1);
+        const size_t from = before == std::string_view::npos ? 0 : before + 1;
+        const std::string_view line = err.substr(from, end - from);
+        if (line.starts_with('{')) {
+            Result<JsonValue> event = parse_json(line, "event");
+            if (event && text_member(*event, "event") == kind) return std::move(*event);
+        }
+        end = before;
+    }
+    return std::nullopt;
+}
+
 }  // namespace
 
 std::string PrintWords::all() const {
@@ -62,10 +77,7 @@ PrintWords words_of(const std::string& err, bool went_well) {
 }
 
 Error print_error(const std::string& err, int code) {
-    const size_t from = err.rfind("{\"event\": \"error\"");
-    if (from == std::string::npos) return relayed_error(err, code);
-    const Result<JsonValue> event =
-        parse_json(std::string_view(err).substr(from, err.find('\n', from) - from), "error");
+    const std::optional<JsonValue> event = last_event(err, "error");
     if (!event) return relayed_error(err, code);
     Error error = error_of(*event);
     const ErrorCode kind = kind_of_exit(code);
@@ -74,13 +86,7 @@ Error print_error(const std::string& err, int code) {
 }
 
 std::optional<JsonValue> last_progress(const std::string& err) {
-    const size_t end = err.rfind('\n');
-    if (end == std::string::npos) return {};
-    const size_t from = err.rfind("{\"event\": \"progress\"", end);
-    if (from == std::string::npos) return {};
-    Result<JsonValue> read =
-        parse_json(std::string_view(err).substr(from, err.find('\n', from) - from), "progress");
-    return read ? std::optional(std::move(*read)) : std::nullopt;
+    return last_event(err, "progress");
 }
 
 }  // namespace openfab::client

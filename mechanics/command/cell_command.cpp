@@ -94,6 +94,10 @@ Result<void> CellRun::fit(const Vec3& voxel_mm) {
                               fmt::format(messages::kCellNotWholeHelp, fitting_pitch(voxel_mm)));
         whole = false;
     }
+    if (!o_.common.codes && !o_.common.quiet && (size_[0] % 2 == 1 || size_[1] % 2 == 1))
+        note(fmt::format(messages::kOddCell, size_[0] % 2 == 0   ? "y"
+                                             : size_[1] % 2 == 0 ? "x"
+                                                                 : "x and y"));
     // No period of a dither, anyway.
     cell_ = cut;
     if (!whole && !o_.common.quiet)

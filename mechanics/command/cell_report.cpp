@@ -6,8 +6,10 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
+#include "mechanics/command/part_report.h"
 #include "mechanics/messages.h"
 
 namespace openfab::mechanics {
@@ -123,10 +125,13 @@ std::string describe(const CellResult& r, const std::string& law) {
 }
 
 std::string describe_convergence(const CellResult& fine, const CellResult& coarse) {
-    const auto line = [](const std::string& what, double a, double b, const char* unit) {
+    std::string unsettled;
+    const auto line = [&](const std::string& what, double a, double b, const char* unit) {
         const double change = a != 0 ? 100 * (a - b) / a : 0;
-        return fmt::format("  {:<16}{:>12.5g} {:>12.5g} {:>12.5g} {:<8}{:+8.2f} %\n", what, b, a,
-                           a + (a - b) / 3, unit, change);
+        const bool settles = settling(a, b, std::nullopt);
+        if (!settles) unsettled += fmt::format("{}{}", unsettled.empty() ? "" : ", ", what);
+        return fmt::format("  {:<16}{:>12.5g} {:>12.5g} {:>12} {:<8}{:+8.2f} %\n", what, b, a,
+                           settles ? fmt::format("{:.5g}", a + (a - b) / 3) : "-", unit, change);
     };
     std::string out = fmt::format("{:<18}{:>12} {:>12} {:>12}\n", "at a pitch of",
                                   fmt::format("{:.4g} mm", coarse.voxels.pitch_mm[0]),
@@ -149,6 +154,7 @@ std::string describe_convergence(const CellResult& fine, const CellResult& coars
             for (size_t i = 0; i < 3; ++i)
                 out += line(fmt::format("conductivity {}", "xyz"[i]), (*one)->tensor[i][i],
                             (*two)->tensor[i][i], unit);
+    if (!unsettled.empty()) out += fmt::format(messages::kCellNotSettled, unsettled);
     out += fmt::format(
         "at 0 where errors fall with the square of the pitch; {} x {} x {} elements at half the "
         "pitch, residual {:.1e} in {} iterations\n",

@@ -69,8 +69,8 @@ const std::string& material_of(const PartRun& r, const WeakPlace& w) {
 /// Of a part that is mostly thinner than two elements, no pitch tells of the next.
 constexpr double kThinShare = 0.2;
 
-/// Whether a number tends to a limit as the pitch is halved: its changes keep their sign and shrink, faster than
-/// by the pitch. Without a third pitch a large change tells that it does not.
+}  // namespace
+
 bool settling(double fine, double coarse, std::optional<double> coarser) {
     const double size = std::abs(fine), change = fine - coarse;
     constexpr double kStill = 0.005, kLarge = 0.1, kShrinks = 0.5;
@@ -79,8 +79,6 @@ bool settling(double fine, double coarse, std::optional<double> coarser) {
     const double before = coarse - *coarser;
     return change * before > 0 && std::abs(change) <= kShrinks * std::abs(before);
 }
-
-}  // namespace
 
 std::string describe(const PartRun& r, const LoadCase& load_case, const std::string& law) {
     const PartSummary& s = r.summary;

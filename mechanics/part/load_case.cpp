@@ -192,6 +192,11 @@ Result<Holding> CaseReader::holding(const JsonValue& value) {
             return unknown(m, {"along", "move_mm", "volt", "celsius"});
         }
     }
+    for (size_t a = 0; a < 3; ++a) {
+        if (out.along[a] || out.move_mm[a] == 0) continue;
+        return at(value.find("move_mm")->value, fmt::format(messages::kMovedNotHeld, "xyz"[a]),
+                  messages::kMovedNotHeldHelp);
+    }
     if (Result<void> done = complete(value, &out.faces); !done) return done.error();
     return out;
 }

@@ -353,7 +353,7 @@ TEST(BuildCommand, LeavesNothingBehindWhenItIsEnded) {
         };
         const Outcome out =
             run({program("openflc"), "build", kPostcard, "-o", folder / "print"}, options);
-        EXPECT_EQ(out.exit_code, 128 + signal) << out.err;
+        EXPECT_EQ(out.exit_code, signal == SIGKILL ? 128 + SIGKILL : 130) << out.err;
         EXPECT_EQ(count(temporary), signal == SIGKILL ? 1u : 0u);
         EXPECT_EQ(count(folder.path()), 1u);
         if (signal != SIGKILL) continue;

@@ -349,6 +349,12 @@ Error import_materialx(const ImportArguments& arguments) {
     return outside_error(messages::kMaterialXWantsPython);
 }
 
+/// The budget of a converter; the usual one is said, too, for an option without a value takes the next word.
+std::string memory_word(const ImportArguments& arguments) {
+    constexpr const char* kUsual = "8GB";
+    return "--memory=" + (arguments.memory.empty() ? kUsual : arguments.memory);
+}
+
 /// Makes a 3MF file of the solids, in a folder that is removed, and goes on with that.
 Result<void> import_step(ImportArguments arguments) {
     std::optional<double> tolerance;
@@ -368,7 +374,7 @@ Result<void> import_step(ImportArguments arguments) {
     if (Result<void> made = run_converter(
             kStepConverter,
             {"--output=" + solids.string(), fmt::format("--tolerance={:.9g}mm", *tolerance),
-             "--memory=" + arguments.memory, "--", arguments.file},
+             memory_word(arguments), "--", arguments.file},
             arguments.file);
         !made)
         return made;
@@ -384,7 +390,7 @@ Result<void> import_vrml(ImportArguments arguments) {
     const fs::path obj = (*scratch)->path() / (fs::path(arguments.file).stem().string() + ".obj");
     if (Result<void> made = run_converter(
             kVrmlConverter,
-            {"--output=" + obj.string(), "--memory=" + arguments.memory, "--", arguments.file},
+            {"--output=" + obj.string(), memory_word(arguments), "--", arguments.file},
             arguments.file);
         !made)
         return made;

@@ -274,6 +274,17 @@ fablet Ring {
         }
         EXPECT_GE(trays, 2);
     }
+    // Mirrored, too.
+    for (const auto& [mesh, fablet] :
+         {std::pair(R"({"shape": "f", "box_mm": [[-25, -25, -25], [25, 25, 25]]})", "L"),
+          {R"({"beams": "l.txt"})", "One"}}) {
+        world(mesh, fablet, R"([{"object": "o", "scale": [-1, 1, 1]}])");
+        const Outcome mirrored =
+            tool({"split", path("cut.fab.json"), "--fit", "12x12x12mm", "--peg", "0mm", "--number",
+                  "0mm", "-o", path("m.fab.json")});
+        EXPECT_EQ(mirrored.exit_code, 0) << mirrored.err;
+        EXPECT_THAT(mirrored.out, ::testing::HasSubstr(": 3 pieces")) << fablet;
+    }
     // Two that touch are one solid to the print.
     world(R"({"shape": "f", "box_mm": [[-25, -25, -25], [25, 25, 25]]})", "L",
           R"([{"object": "o"}, {"object": "o", "translate_mm": [22, 0, 0]}])");

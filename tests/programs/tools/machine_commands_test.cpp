@@ -267,6 +267,53 @@ TEST_F(MachineCommands, SplitPiecesArePlacedAnewAndPrint) {
     EXPECT_THAT(mixed.err, testing::Says(tools::messages::kWorldsDiffer));
 }
 
+TEST_F(MachineCommands, AnObjectInSeveralSizesIsCutAsNone) {
+    const auto split = [&](const std::string& build, const std::string& fit) {
+        write_world("sizes.fab.json", R"("cube": {"box": [6, 6, 6]})",
+                    R"("cube": {"mesh": "cube", "fablet": "plain"})", build);
+        return openfab({"split", path("sizes.fab.json"), "--fit", fit, "-o", path("cut.fab.json"),
+                        "--peg", "0mm", "--number", "0mm"});
+    };
+    const std::string small = R"({"object": "cube", "rotate_deg": [0, 0, 90]})",
+                      large = R"({"object": "cube", "scale": 2, "translate_mm": [20, 0, 0]})";
+    for (const std::string& build : {small + ", " + large, large + ", " + small}) {
+        const Outcome refused = split(build, "8x8x8mm");
+        EXPECT_EQ(refused.exit_code, 1);
+        EXPECT_THAT(refused.err, testing::Says(tools::messages::kPlacementsUnlike, "cube"));
+        EXPECT_EQ(split(build, "13x13x13mm").exit_code, 0);
+    }
+    EXPECT_EQ(
+        split(small + R"(, {"object": "cube", "translate_mm": [20, 0, 0]})", "4x8x8mm").exit_code,
+        0);
+}
+
+// What the machine enlarges about a place still lies on its tray.
+TEST_F(MachineCommands, TraysKnowTheMachinesScale) {
+    for (const char* about : {"[0, 0, 0]", "[40, 20, 0]"}) {
+        scratch_.write("s.printer.json", std::string(R"({"name": "s", "pitch_mm": [0.1, 0.1, 0.1],
+            "build_volume_mm": [20, 10, 8], "native_format": "ofr",
+            "process": {"scale": [1.05, 1.02, 1.01], "about_mm": )") +
+                                             about + "}}");
+        write_world("bars.fab.json", R"("bar": {"box": [9.4, 9.7, 7.8]})",
+                    R"("bar": {"mesh": "bar", "fablet": "plain"})",
+                    R"({"object": "bar"}, {"object": "bar", "translate_mm": [20, 0, 0]})");
+        const Outcome done =
+            openfab({"arrange", path("bars.fab.json"), "--fit", path("s.printer.json"), "-o",
+                     path("tray.fab.json"), "--gap", "0.2mm"});
+        ASSERT_EQ(done.exit_code, 0) << done.err;
+        EXPECT_THAT(done.out, HasSubstr("a tray with 2 things, 19 x 9.7 x 7.8 mm"));
+        const Outcome print = openfab({"print", path("tray.fab.json"), "--estimate"});
+        EXPECT_EQ(print.exit_code, 0) << about << print.err;
+        // Larger, it is on the tray before the machine's scale alone.
+        write_world("bars.fab.json", R"("bar": {"box": [9.4, 9.7, 7.95]})",
+                    R"("bar": {"mesh": "bar", "fablet": "plain"})", R"({"object": "bar"})");
+        EXPECT_EQ(openfab({"arrange", path("bars.fab.json"), "--fit", path("s.printer.json"), "-o",
+                           path("tray.fab.json")})
+                      .exit_code,
+                  1);
+    }
+}
+
 // Dowels are longer than pieces are put apart by the machine's size, and cuts meet that move both pieces of one.
 TEST_F(MachineCommands, ExplodedPiecesAndDowelsAreApart) {
     write_world("slab.fab.json", R"("slab": {"box": [30, 26, 12]})",

@@ -68,6 +68,11 @@ TEST(PrintWords, TheLastErrorOfAPrintIsWhyItFailed) {
     EXPECT_EQ(error.text(), "w.json:3:4: last; do");
     EXPECT_EQ(error.code, ErrorCode::kUserInput);
     EXPECT_EQ(client::print_error(err, exit_code(ErrorCode::kOutside)).code, ErrorCode::kOutside);
+    // As a print writes it now.
+    const Error own = client::print_error(
+        "compiling ...\n" + written(error_at({"w.json", 3, 4}, "open", "close it"), {}),
+        exit_code(ErrorCode::kUserInput));
+    EXPECT_EQ(own.text(), "w.json:3:4: open; close it");
     // Words without events are relayed, and the error keeps the code.
     EXPECT_EQ(client::print_error("", exit_code(ErrorCode::kUsage)).code, ErrorCode::kUsage);
     EXPECT_EQ(

@@ -261,6 +261,8 @@ TEST(MechanicsCase, MistakesAreLocated) {
          testing::Says(messages::kPlaneIncomplete)},
         {R"({"held": [{"box_mm": [[1, 0, 0], [0, 1, 1]]}], "loads": []})",
          testing::Says(messages::kLowerCornerFirst)},
+        {R"({"held": [{"side": "-x", "along": "z", "move_mm": [1, 0, -1]}], "loads": []})",
+         testing::Says(messages::kMovedNotHeld, "x")},
         {R"({"held": [{"side": "-x"}], "wind": 3})", testing::Says(messages::kCaseLacks, "wind")},
         {R"([1])", testing::Says(messages::kCaseNoObject)},
     };
