@@ -67,20 +67,28 @@ void add_common(CLI::App* app, CommonOptions* o, Texts* texts) {
     app->add_option("--voxel", texts->voxel,
                     "side of an element, as 1mm, or its three sides, as 42x85x27um")
         ->type_name("LENGTH");
-    app->add_option("--supersample", o->supersample,
-                    "an element is the mean of N x N x N parts (default: of the printer's voxels)")
-        ->type_name("N")
-        ->check(CLI::Range(1, 16));
-    app->add_option("--law", o->law,
-                    fmt::format("of mixtures: {} (default: the file's, else hs-lower)",
-                                fmt::join(kLawNames, ", ")))
-        ->type_name("LAW")
-        ->check(
-            CLI::IsMember(std::vector<std::string>(std::begin(kLawNames), std::end(kLawNames))));
-    app->add_flag("--codes", o->codes,
-                  "elements are the printer's voxels as dithered, one material each");
+    CLI::Option* const parts =
+        app->add_option(
+               "--supersample", o->supersample,
+               "an element is the mean of N x N x N parts (default: of the printer's voxels)")
+            ->type_name("N")
+            ->check(CLI::Range(1, 16));
+    CLI::Option* const law =
+        app->add_option("--law", o->law,
+                        fmt::format("of mixtures: {} (default: the file's, else hs-lower)",
+                                    fmt::join(kLawNames, ", ")))
+            ->type_name("LAW")
+            ->check(CLI::IsMember(
+                std::vector<std::string>(std::begin(kLawNames), std::end(kLawNames))));
+    // Codes have no mixtures.
+    CLI::Option* const codes =
+        app->add_flag("--codes", o->codes,
+                      "elements are the printer's voxels as dithered, one material each")
+            ->excludes(parts)
+            ->excludes(law);
     app->add_option("--dither", o->dither, "of --codes, as `openfab print` has it")
-        ->type_name("RULE");
+        ->type_name("RULE")
+        ->needs(codes);
     app->add_option("--set", o->settings, "OBJECT.UNIFORM=VALUE (repeatable)")
         ->allow_extra_args(false)
         ->type_name("SETTING");
@@ -160,8 +168,9 @@ void add_part(CLI::App& app, Action* action) {
             "`openfab view`); repeatable")
         ->allow_extra_args(false)
         ->type_name("FILE");
-    command->add_option("--preview", o->preview, "a picture of the loaded part, .png")
-        ->type_name("FILE");
+    CLI::Option* const preview =
+        command->add_option("--preview", o->preview, "a picture of the loaded part, .png")
+            ->type_name("FILE");
     command
         ->add_option("--show", o->show,
                      "in it and in .ofr: von-mises (default), displacement, tension, compression, "
@@ -169,7 +178,8 @@ void add_part(CLI::App& app, Action* action) {
         ->type_name("WHAT")
         ->check(CLI::IsMember(std::vector<std::string>(std::begin(kShown), std::end(kShown))));
     command->add_option("--view", o->view, "of it: TURN:TILT in degrees (default: 30:25)")
-        ->type_name("ANGLES");
+        ->type_name("ANGLES")
+        ->needs(preview);
     command
         ->add_option("--require", o->require, "a safety factor: exit code 1 if it is not reached")
         ->type_name("FACTOR")

@@ -194,6 +194,14 @@ class Checker {
     Result<CheckedPrint> of_print() {
         if (!arguments_.settings.empty())
             return usage_error(fmt::format(messages::kSetOfPrint, printable(arguments_.file)));
+        const std::pair<bool, const char*> of_worlds[] = {{arguments_.draft != 1, "--draft"},
+                                                          {arguments_.parts != 0, "--parts"},
+                                                          {!arguments_.allow.empty(), "--allow"}};
+        for (const auto& [is_given, option] : of_worlds) {
+            if (is_given)
+                return usage_error(
+                    fmt::format(messages::kOptionOfWorlds, option, printable(arguments_.file)));
+        }
         auto reader = ofr::OfrReader::open(arguments_.file, memory_);
         if (!reader) return reader.error();
         const Grid grid = grid_of((*reader)->info(), 1);

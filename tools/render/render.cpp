@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <memory>
+#include <utility>
 
 #include "backends/common/output_file.h"
 #include "base/clock.h"
@@ -167,6 +168,13 @@ Result<void> render(const RenderOptions& options) {
     }
     std::unique_ptr<TemporaryFolder> folder;
     std::string file = options.input;
+    const std::pair<bool, const char*> of_worlds[] = {{options.draft != 1, "--draft"},
+                                                      {!options.settings.empty(), "--set"},
+                                                      {!options.allow.empty(), "--allow"}};
+    for (const auto& [is_given, option] : of_worlds) {
+        if (is_given && !is_world(options.input))
+            return usage_error(fmt::format(messages::kOptionOfWorlds, option, options.input));
+    }
     if (is_world(options.input)) {
         Result<std::unique_ptr<TemporaryFolder>> made = TemporaryFolder::create();
         if (!made) return made.error();
