@@ -126,6 +126,24 @@ TEST_F(Mechanics, WhatIsWrongIsNamedWithWhatToDo) {
     EXPECT_THAT(refused(both(kHeld, kPush)), testing::Says(mechanics::messages::kNoMaterialsFile));
 }
 
+TEST_F(Mechanics, OptionsWithNothingToActOnAreRefused) {
+    const std::string name = world(std::string(kHeld) + ", " + kPush);
+    const std::pair<std::vector<std::string>, const char*> all[] = {
+        {{"--law", "voigt", "--codes"}, "--law excludes --codes"},
+        {{"--supersample", "2", "--codes"}, "--supersample excludes --codes"},
+        {{"--dither", "majority"}, "--dither requires --codes"},
+        {{"--view", "3:4"}, "--view requires --preview"},
+    };
+    for (const auto& [words, told] : all) {
+        std::vector<std::string> argv{
+            program("openfab").string(), "mechanics", "part", name, "--case", "one"};
+        argv.insert(argv.end(), words.begin(), words.end());
+        const Outcome refused = run(argv);
+        EXPECT_EQ(refused.exit_code, 2) << told;
+        EXPECT_THAT(refused.err, HasSubstr(told));
+    }
+}
+
 TEST_F(Mechanics, WhatDoesNotFitIsRefusedBeforeItIsPrinted) {
     const std::string text =
         refused(both(kHeld, kPush), "[0, 0, 0]", {"--voxel", "0.01mm", "--memory", "500MB"});

@@ -123,6 +123,20 @@ TEST_F(Refusals, ExportSparesWhatItReads) {
 
 TEST_F(Refusals, WhatAnOutputCannotHaveIsNotIgnored) {
     ASSERT_EQ(print({"-o", path("e.ofr")}).exit_code, 0);
+    // What is of worlds, with a print.
+    for (const std::vector<std::string>& words :
+         std::vector<std::vector<std::string>>{{"check", "--draft", "2"},
+                                               {"check", "--parts", "1"},
+                                               {"check", "--allow-programs"},
+                                               {"check", "--set", "a.b=1"},
+                                               {"render", "-o", path("r.png"), "--draft", "2"},
+                                               {"render", "-o", path("r.png"), "--set", "a.b=1"}}) {
+        std::vector<std::string> all = words;
+        all.insert(all.begin() + 1, path("e.ofr"));
+        const Outcome refused = openfab(all);
+        EXPECT_EQ(refused.exit_code, 2) << words[1];
+        EXPECT_THAT(refused.err, HasSubstr("is of worlds, and the voxels of `" + path("e.ofr")));
+    }
     for (const char* output : {"f.ofr", "f.npy", "f.3mf"}) {
         const Outcome outcome = print({"-o", path(output), "--flip-x"});
         EXPECT_EQ(outcome.exit_code, 2) << output;
