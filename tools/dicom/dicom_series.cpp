@@ -245,9 +245,11 @@ MadeReader open_dicom_series(const std::vector<fs::path>& files,
     if (!stack) return stack.error();
     if (Result<void> turned = check_turned(*stack, options); !turned) return turned.error();
     const GridFrame frame = stack->frame;
-    return place_reader(
+    MadeReader reader = place_reader(
         std::make_unique<SeriesReader>(std::move(*stack), options.outside, limits.memory_bytes),
         frame, options, limits);
+    if (reader) (*reader)->in_mm = true;
+    return reader;
 }
 
 Result<void> make_dicom_volume_file(const fs::path& source, const fs::path& out,

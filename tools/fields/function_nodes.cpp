@@ -25,63 +25,68 @@ constexpr size_t kMostNodes = 50'000;
 /// Numbers of integers are exact as floats up to here.
 constexpr float kMostInteger = 1 << 24;
 
-/// The node that does an operation of floats; null where none does.
-const char* node_of(Op op) {
+struct Node {
+    const char* kind = nullptr;     ///< null: none does the operation
+    bool may_be_undefined = false;  ///< for some numbers that are defined
+};
+
+/// The node that does an operation of floats. What is put together of several is defined wherever its arguments are.
+Node node_of(Op op) {
     switch (op) {
         case Op::kAdd:
-            return "addition";
+            return {"addition"};
         case Op::kSub:
-            return "subtraction";
+            return {"subtraction"};
         case Op::kMul:
-            return "multiplication";
+            return {"multiplication"};
         case Op::kDiv:
-            return "division";
+            return {"division", true};
         case Op::kMod:
-            return "fmod";
+            return {"fmod", true};
         case Op::kMin:
-            return "min";
+            return {"min"};
         case Op::kMax:
-            return "max";
+            return {"max"};
         case Op::kAbs:
-            return "abs";
+            return {"abs"};
         case Op::kSqrt:
-            return "sqrt";
+            return {"sqrt", true};
         case Op::kFloor:
-            return "floor";
+            return {"floor"};
         case Op::kCeil:
-            return "ceil";
+            return {"ceil"};
         case Op::kRound:
-            return "round";
+            return {"round"};
         case Op::kSin:
-            return "sin";
+            return {"sin"};
         case Op::kCos:
-            return "cos";
+            return {"cos"};
         case Op::kTan:
-            return "tan";
+            return {"tan", true};
         case Op::kAsin:
-            return "arcsin";
+            return {"arcsin", true};
         case Op::kAcos:
-            return "arccos";
+            return {"arccos", true};
         case Op::kAtan:
-            return "arctan";
+            return {"arctan"};
         case Op::kAtan2:
-            return "arctan2";
+            return {"arctan2"};
         case Op::kSinh:
-            return "sinh";
+            return {"sinh"};
         case Op::kCosh:
-            return "cosh";
+            return {"cosh"};
         case Op::kTanh:
-            return "tanh";
+            return {"tanh"};
         case Op::kExp:
-            return "exp";
+            return {"exp"};
         case Op::kLog:
-            return "log";
+            return {"log", true};
         case Op::kLog2:
-            return "log2";
+            return {"log2", true};
         case Op::kLog10:
-            return "log10";
+            return {"log10", true};
         case Op::kPow:
-            return "pow";
+            return {"pow", true};
         case Op::kNeg:
         case Op::kTrunc:
         case Op::kIsNan:
@@ -97,9 +102,9 @@ const char* node_of(Op op) {
             OPENFAB_IR_CASES(HASHES)
             OPENFAB_IR_CASES(NOISES)
             OPENFAB_IR_CASES(DERIVATIVES)
-            return nullptr;
+            return {};
     }
-    return nullptr;
+    return {};
 }
 
 /// A condition, which decides between two values and is a number only where it is asked for one.
@@ -145,55 +150,6 @@ std::string called_input(const std::string& input) {
     if (input == "instance") return messages::kDependsOnPlacement;
     if (input == "frame") return messages::kDependsOnVoxels;
     return fmt::format(messages::kReadsThePrints, input);
-}
-
-/// Whether an operation of floats has no value for some numbers.
-bool makes_undefined(Op op) {
-    switch (op) {
-        case Op::kDiv:
-        case Op::kMod:
-        case Op::kSqrt:
-        case Op::kTan:
-        case Op::kAsin:
-        case Op::kAcos:
-        case Op::kLog:
-        case Op::kLog2:
-        case Op::kLog10:
-        case Op::kPow:
-            return true;
-        case Op::kAdd:
-        case Op::kSub:
-        case Op::kMul:
-        case Op::kNeg:
-        case Op::kFloor:
-        case Op::kCeil:
-        case Op::kRound:
-        case Op::kTrunc:
-        case Op::kIsNan:
-        case Op::kSin:
-        case Op::kCos:
-        case Op::kAtan:
-        case Op::kAtan2:
-        case Op::kSinh:
-        case Op::kCosh:
-        case Op::kTanh:
-        case Op::kExp:
-        case Op::kExp2:
-        case Op::kCbrt:
-            OPENFAB_IR_CASES(LEAVES)
-            OPENFAB_IR_CASES(BITS)
-            OPENFAB_IR_CASES(LOGIC)
-            OPENFAB_IR_CASES(COMPARISONS)
-            OPENFAB_IR_CASES(CHOICES)
-            OPENFAB_IR_CASES(EXTREMES)
-            OPENFAB_IR_CASES(LOOKUPS)
-            OPENFAB_IR_CASES(CONTROL)
-            OPENFAB_IR_CASES(HASHES)
-            OPENFAB_IR_CASES(NOISES)
-            OPENFAB_IR_CASES(DERIVATIVES)
-            return false;
-    }
-    return false;
 }
 
 NodeValue number(float x) {
@@ -362,7 +318,7 @@ NodeValue FunctionNodes::value(uint32_t index) {
 bool FunctionNodes::may_be_undefined(uint32_t index) {
     if (undefined_.empty()) {
         for (const IrLine& one : stage_->lines) {
-            const bool own = one.type == Type::kFloat && makes_undefined(one.op);
+            const bool own = one.type == Type::kFloat && node_of(one.op).may_be_undefined;
             undefined_.push_back(own || std::ranges::any_of(one.args, [&](uint32_t a) {
                                      return a < undefined_.size() && undefined_[a];
                                  }));
@@ -444,7 +400,7 @@ NodeValue FunctionNodes::line(const IrLine& line) {
     if (line.op == Op::kCbrt)
         return binary("multiplication", unary("sign", arg(0)),
                       binary("pow", unary("abs", arg(0)), number(1.0F / 3.0F)));
-    const char* const kind = node_of(line.op);
+    const char* const kind = node_of(line.op).kind;
     if (kind != nullptr && line.args.size() == 2) {
         // Quotients of integers are cut, and unsigned ones wrap at 0.
         const bool exact = is_float || line.op == Op::kMin || line.op == Op::kMax ||

@@ -218,6 +218,9 @@ Result<void> place_array(const fs::path& file, const texture::ReadLimits& limits
         shape[0] != size.z || shape[1] != size.y || shape[2] != size.x ||
         !std::ranges::all_of(pitch, [](double h) { return std::isfinite(h) && h > 0; }))
         return user_error(fmt::format(messages::kOtherArray, beside), messages::kOtherArrayHelp);
+    // The place is that of the whole print, of which an array may have some slices.
+    if (const JsonMember* const first = json->find("first_slice_z"))
+        origin[2] += first->value.number * pitch[2];
     reader->spacing = pitch;
     reader->origin = origin;
     return {};

@@ -35,6 +35,7 @@ class VolumeReader {
     bool no_nan = false;      ///< none of its numbers can be NaN
     bool one_field = false;   ///< it has none to choose from by their names
     bool no_lengths = false;  ///< it does not say how large a texel is
+    bool in_mm = false;       ///< its lengths are, whatever an option says
     bool rounded = false;     ///< an integer was read that a float does not hold
     bool resampled = false;   ///< at a pitch, with a value where the file has none
 

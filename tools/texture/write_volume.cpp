@@ -78,6 +78,7 @@ Result<void> convert(const fs::path& source, const fs::path& out,
     const std::tuple<bool, const char*, const char*> idle[] = {
         {!options.field.empty() && volume.one_field, "field", messages::kNamedFields},
         {!options.unit.empty() && volume.no_lengths, "unit", messages::kUnitOfLengths},
+        {!options.unit.empty() && volume.in_mm, "unit", messages::kLengthsInAnyUnit},
         {options.outside && volume.no_nan, "outside", messages::kPlacesWithoutValue},
     };
     for (const auto& [is_idle, name, what] : idle) {

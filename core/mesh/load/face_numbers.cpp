@@ -59,9 +59,10 @@ class Numberer {
             values[g] = *value;
         }
         std::set<std::string> known;
-        for (const FaceGroup& group : source_.groups) {
-            for (const std::string& name : names_of(group))
-                known.insert(name);
+        for (size_t g = 0; g < values.size(); ++g) {
+            if (first[g] < 0) continue;
+            const std::vector<std::string> names = names_of(source_.groups[g]);
+            known.insert(names.begin(), names.end());
         }
         for (const auto& [name, value] : *options_.groups) {
             out_.groups.emplace_back(name, value);

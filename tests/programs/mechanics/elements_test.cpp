@@ -126,6 +126,20 @@ TEST_F(MechanicsElements, CellsOfOddNumbersOfVoxels) {
         EXPECT_NEAR(young->value.items[1].number, 1 / (0.4 / 1000 + 0.6 / 100), 0.01) << cell;
         EXPECT_NEAR(young->value.items[2].number, 0.4 * 1000 + 0.6 * 100, 0.01) << cell;
     }
+    // Where a layer ends within elements, that is told, and of what has not settled no limit.
+    const std::vector<std::string> unaligned{"cell",  path("layers.fl"), "--cell",
+                                             "5mm",   "--voxel",         "1mm",
+                                             "--set", "size=10",         "--converge"};
+    const Outcome odd = mechanics(unaligned);
+    EXPECT_EQ(odd.exit_code, 0) << odd.err;
+    EXPECT_THAT(odd.err, Says(mechanics::messages::kOddCell, "x and y"));
+    EXPECT_THAT(odd.out,
+                Says(mechanics::messages::kCellNotSettled, "Young's x, Young's z, shear xz"));
+    const Outcome even = mechanics({"cell", path("layers.fl"), "--cell", "10mm", "--voxel", "1mm",
+                                    "--set", "size=10", "--converge"});
+    EXPECT_EQ(even.exit_code, 0) << even.err;
+    EXPECT_THAT(even.err, Not(HasSubstr("an odd number")));
+    EXPECT_THAT(even.out, Not(HasSubstr("not settled")));
     // As many of each as in a print of the piece that has an even number.
     const Outcome advice =
         mechanics({"cell", path("layers.fl"), "--cell", "5mm", "--voxel", "0.9x1x0.8mm"});

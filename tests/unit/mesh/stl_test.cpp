@@ -83,6 +83,11 @@ TEST(Stl, ReadsAsciiFilesWithSolidsAsGroups) {
     EXPECT_THAT(more->warnings, ::testing::ElementsAre(::testing::AllOf(
                                     ::testing::HasSubstr("maps `c`"),
                                     ::testing::HasSubstr("the file has `a big one`, `b`"))));
+    // So is one that has no faces.
+    const std::string with_empty = text + "solid c\nendsolid c\n";
+    const Result<LoadedMesh> empty = parse_bytes(with_empty, "a.stl", options);
+    ASSERT_TRUE(empty) << empty.error().text();
+    EXPECT_THAT(empty->warnings, ::testing::ElementsAre(::testing::HasSubstr("maps `c`")));
     MeshOptions named;
     named.groups_attribute = "kind";
     const Result<LoadedMesh> plain = parse_bytes(binary_stl(testing::cube(10)), "a.stl", named);

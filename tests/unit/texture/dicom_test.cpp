@@ -77,6 +77,18 @@ TEST_F(DicomTest, OtherPlanesThanTheAxialArePutInOrder) {
     });
 }
 
+TEST_F(DicomTest, AnotherUnitThanMillimetresHasNoEffect) {
+    for (const bool turned : {false, true}) {
+        Slice slice;
+        if (turned) slice.down = {0, 0, -1};
+        write_series(slice, turned ? Vec3d{0, 3, 0} : Vec3d{0, 0, 3});
+        VolumeOptions options;
+        options.unit = "cm";
+        EXPECT_THAT(trouble(options), testing::Says(messages::kKeyWithoutEffect,
+                                                    messages::kLengthsInAnyUnit, "unit"));
+    }
+}
+
 TEST_F(DicomTest, TurnedSlicesAreSampledInPlace) {
     Slice slice;
     slice.width = 9;

@@ -65,6 +65,36 @@ TEST_F(VolumeTest, NpyInBothOrders) {
     EXPECT_EQ(domain(*q), (std::vector<float>{-1, 2, 0.5f, 2, 0.75f, 4}));
 }
 
+TEST_F(VolumeTest, NpyOfAPrintLiesWhereItWasPrinted) {
+    const std::vector<float> two{1, 2};
+    const auto file = folder_.write("p.npy", npy("<f4", "False", "(1, 1, 2)", bytes_of(two)));
+    const auto beside = [&](const std::string& format, const std::string& shape,
+                            const std::string& pitch, const std::string& origin) {
+        folder_.write("p.npy.json", fmt::format(R"({{"format": "{}", "shape_zyx": {},
+            "first_slice_z": 3, "pitch_mm": {}, "origin_mm": {}}})",
+                                                format, shape, pitch, origin));
+    };
+    const auto key = [&] { return *texture::volume_key(file, {}, {}); };
+    const uint64_t alone = key();
+    beside("openfab-array", "[1, 1, 2]", "[0.5, 0.25, 2]", "[-3, 4, 5]");
+    EXPECT_EQ(domain(*converted(file)), (std::vector<float>{-3, 4, 11, 1, 0.25f, 2}));
+    EXPECT_NE(key(), alone) << "the cache would give what was there before";
+    VolumeOptions options;
+    options.origin_mm = {{0, 0, 0}};
+    EXPECT_EQ(domain(*converted(file, options)), (std::vector<float>{0, 0, 0, 1, 0.25f, 2}));
+    // Of another array, and of another program.
+    for (const auto& [shape, pitch] :
+         {std::pair("[1, 2, 1]", "[1, 1, 1]"), std::pair("[1, 1, 2]", "[1, 0, 1]"),
+          std::pair("[1, 1, 2]", "3")}) {
+        beside("openfab-array", shape, pitch, "[0, 0, 0]");
+        EXPECT_THAT(trouble(file), testing::Says(messages::kOtherArray, "p.npy.json"));
+    }
+    beside("something else", "[1, 1, 2]", "[9, 9, 9]", "[0, 0, 0]");
+    EXPECT_EQ(domain(*converted(file)), (std::vector<float>{0, 0, 0, 2, 1, 1}));
+    folder_.write("p.npy.json", "no JSON");
+    EXPECT_EQ(domain(*converted(file)), (std::vector<float>{0, 0, 0, 2, 1, 1}));
+}
+
 TEST_F(VolumeTest, NpyOfIntegersAndChannels) {
     const auto u16 = folder_.write(
         "u.npy", npy("<u2", "False", "(1, 1, 2, 2)", bytes_of<uint16_t>({0, 65535, 13107, 26214})));
