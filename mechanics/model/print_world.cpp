@@ -23,8 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMostWorldBytes = 256'000'000;  // as a print takes them
-
 Result<void> run(const std::vector<std::string>& argv, const fs::path& folder) {
     return client::run(argv, folder / "print.out", folder / "print.err");
 }

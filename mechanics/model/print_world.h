@@ -15,6 +15,8 @@
 
 namespace openfab::mechanics {
 
+constexpr size_t kMostWorldBytes = 256'000'000;  ///< as a print takes them
+
 /// A texture of the world that is another volume.
 struct FieldTexture {
     std::string name;

@@ -10,12 +10,12 @@
 
 #include "base/near_miss.h"
 #include "mechanics/messages.h"
+#include "mechanics/model/print_world.h"
 
 namespace openfab::mechanics {
 
 namespace {
 
-constexpr size_t kMostCaseBytes = 16 << 20;
 constexpr const char* kSides[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
 constexpr const char* kFaceKeys[] = {"object", "box_mm", "point_mm", "normal", "side", "facing"};
 
@@ -345,7 +345,7 @@ Result<void> check_kind(const LoadCase& c, bool flows) {
 }
 
 Result<LoadCase> read_load_case(const std::filesystem::path& world, const std::string& name) {
-    const Result<std::string> text = read_text_file(world, kMostCaseBytes);
+    const Result<std::string> text = read_text_file(world, kMostWorldBytes);
     if (!text) return text.error();
     return parse_load_case(*text, world.string(), name);
 }

@@ -5,15 +5,16 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from . import _core, _files
+from . import _files
 from ._bound import check_bound
-from ._given import Real, array, choice, is_sequence, number, plain, several, vector
+from ._given import Real, array, is_sequence, number, plain, several, vector
+from ._keys import absolute, check_keys
 from .errors import InputError
 from .fablet import Fablet, Uniform
 from .materials import Material
@@ -97,7 +98,9 @@ class Object(MutableMapping[str, Any]):
     ) -> Placement:
         spec: dict[str, Any] = {"object": self.name}
         check_keys(keys, "placement", "a placement", ("object", "group", "uniforms"))
-        spec.update({key: plain(value, f"`{key}` of a placement") for key, value in keys.items()})
+        given = {key: plain(value, f"`{key}` of a placement") for key, value in keys.items()}
+        if given:
+            spec.update(absolute({"build": [given]})["build"][0])
         if translate is not None:
             spec["translate_mm"] = vector(translate, "`translate`", (2, 3))
         if rotate is not None:
@@ -149,13 +152,6 @@ class Object(MutableMapping[str, Any]):
 
     def __repr__(self) -> str:
         return f"Object({self.name!r}, {self.mesh!r}, {self.fablet!r})"
-
-
-def check_keys(given: Iterable[str], kind: str, what: str, own: Sequence[str]) -> None:
-    """Refuses keys that do not exist in a `.fab.json`, and those that have arguments of their own."""
-    known = [key for key in _core.world_keys(kind) if key not in own]
-    for key in given:
-        choice(key, f"a key of {what}", known)
 
 
 def _texture(declared: Uniform, array: Any) -> Texture:

@@ -109,9 +109,8 @@ class Beams:
             array.setflags(write=False)
         self._own_file()
 
-    def _spec(self, allow: set[Path]) -> dict[str, Any]:
+    def _spec(self) -> dict[str, Any]:
         path = self._file.path()
-        allow.add(path.parent)
         return {"beams": str(path)}
 
     def __repr__(self) -> str:

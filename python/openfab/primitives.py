@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from ._given import Real, positive, vector
@@ -29,7 +28,7 @@ class Primitive:
         self.kind = kind
         self.size = size
 
-    def _spec(self, allow: set[Path]) -> dict[str, Any]:
+    def _spec(self) -> dict[str, Any]:
         return {self.kind: self.size}
 
     def __repr__(self) -> str:

@@ -16,7 +16,6 @@ import traceback
 import types
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any, TextIO, overload
 
 import numpy as np
@@ -237,7 +236,7 @@ class Generated:
         self.generator = generator
         self.box = corners
 
-    def _spec(self, allow: set[Path]) -> dict[str, Any]:
+    def _spec(self) -> dict[str, Any]:
         one = self.generator
         token = f"{id(one):x}"
         _served[token] = one

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _files, _foreign
 from ._given import array, floats, integers, plain, short, vector
+from ._keys import absolute, check_keys
 from .errors import InputError
 from .fablet import Fablet
 from .lattice import Beams
@@ -150,9 +151,8 @@ class Mesh:
             face_attributes=found.face,
         )
 
-    def _spec(self, allow: set[Path]) -> dict[str, Any]:
+    def _spec(self) -> dict[str, Any]:
         path = self._file.path()
-        allow.add(path.parent)
         return {"file": str(path), "unit": "mm"}
 
     def __repr__(self) -> str:
@@ -172,6 +172,8 @@ class FileMesh:
         The axis that points up in the file, `z` or `y`.
     groups : mapping of str to int, optional
         Numbers for the groups of the file, which fablets see as an attribute.
+    **keys
+        Other keys of a mesh in a `.fab.json`, such as `body` or `groups_attribute`.
 
     Raises
     ------
@@ -181,14 +183,15 @@ class FileMesh:
 
     def __init__(
         self, file: str | os.PathLike[str], *, unit: str | None = None, up: str | None = None,
-        groups: Mapping[str, int] | None = None,
+        groups: Mapping[str, int] | None = None, **keys: Any,
     ) -> None:
         self.file = Path(file).absolute()
-        keys = {"unit": unit, "up": up, "groups": groups}
-        self._keys = {key: plain(value, f"`{key}` of a mesh") for key, value in keys.items() if value is not None}
+        check_keys(keys, "mesh", "a mesh", ("file",))
+        given = {"unit": unit, "up": up, "groups": groups, **keys}
+        described = {key: plain(value, f"`{key}` of a mesh") for key, value in given.items() if value is not None}
+        self._keys = absolute({"meshes": {"": described}})["meshes"][""]
 
-    def _spec(self, allow: set[Path]) -> dict[str, Any]:
-        allow.add(self.file.parent)
+    def _spec(self) -> dict[str, Any]:
         return {"file": str(self.file), **self._keys}
 
     def __repr__(self) -> str:
@@ -230,7 +233,7 @@ class Shape:
         self.box = corners
         self.uniforms = dict(uniforms or {})
 
-    def _spec(self, allow: set[Path]) -> dict[str, Any]:
+    def _spec(self) -> dict[str, Any]:
         # The world gives its fablet a name.
         return {"box_mm": self.box.tolist()}
 

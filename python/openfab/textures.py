@@ -157,10 +157,9 @@ class Texture:
         self._keys.update({key: plain(value, f"`{key}`") for key, value in texts.items() if value is not None})
         return self
 
-    def _spec(self, allow: set[Path]) -> dict[str, Any]:
+    def _spec(self) -> dict[str, Any]:
         path = self._file.path() if self._file is not None else self.file
         assert path is not None
-        allow.add(path.parent)
         return {"file": str(path), **self._keys}
 
 

@@ -10,9 +10,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from . import _files
+from . import _core, _files
 from ._given import Real, Whole, number, plain, short, whole
-from ._objects import Named, Names, Object, Placement, check_keys
+from ._keys import absolute, absolute_paths, check_keys
+from ._objects import Named, Names, Object, Placement
 from ._snapshot import Snapshot, allowed_by, settings_of
 from .errors import InputError
 from .fablet import Fablet
@@ -52,9 +53,9 @@ class World:
 
     def __init__(self, *, printer: str | os.PathLike[str] | None = None, title: str = "world", **keys: Any) -> None:
         self.title = title
-        self._printer = None if printer is None else os.fsdecode(printer)
         check_keys(keys, "world", "a world", ("openfab", "fablets", "materials", "textures", "meshes", "objects", "build"))
-        self._keys = {key: plain(value, f"`{key}` of a world") for key, value in keys.items() if value is not None}
+        given = {key: plain(value, f"`{key}` of a world") for key, value in keys.items() if value is not None}
+        self._keys = absolute(given if printer is None else {"printer": os.fsdecode(printer), **given})
         self._objects: dict[str, Object] = {}
         self._placements: list[Placement] = []
         # The snapshot of the last print, whose errors name its file.
@@ -66,7 +67,7 @@ class World:
     def add(
         self, mesh: Any, fablet: Fablet, uniforms: Mapping[str, Any] | None = None, *, name: str | None = None,
         place: bool = True, priority: Whole | None = None, max_displacement_mm: Real | None = None,
-        support: bool | None = None, repair: str | None = None, **placement: Any,
+        support: bool | None = None, repair: str | None = None, **keys: Any,
     ) -> Object:
         """Adds an object, and places it.
 
@@ -90,8 +91,8 @@ class World:
             Whether it gets support material.
         repair : str, optional
             `winding` caps the holes of a mesh and orients its triangles.
-        **placement
-            Arguments of `Object.place`.
+        **keys
+            Other keys of objects in a `.fab.json`, such as `pieces`, and arguments of `Object.place`.
 
         Returns
         -------
@@ -103,14 +104,17 @@ class World:
         InputError
             If a value is invalid, or the name is taken; the world is then unchanged.
         """
-        keys = {
+        own = set(_core.world_keys("object")).difference(("mesh", "fablet", "uniforms"))
+        placement = {key: value for key, value in keys.items() if key not in own}
+        spec = {
             "priority": None if priority is None else whole(priority, "`priority`"),
             "max_displacement_mm": (
                 None if max_displacement_mm is None else number(max_displacement_mm, "`max_displacement_mm`")
             ),
-            "support": support, "repair": repair,
+            "support": support, "repair": repair, **{key: value for key, value in keys.items() if key in own},
         }
-        given = {key: plain(value, f"`{key}`") for key, value in keys.items() if value is not None}
+        given = {key: plain(value, f"`{key}`") for key, value in spec.items() if value is not None}
+        given = absolute({"objects": {"": given}})["objects"][""]
         with _files.lock:
             if name is None:
                 name, count = fablet.name.lower(), len(self._objects)
@@ -159,11 +163,9 @@ class World:
             The world. Its arrays are in temporary files, which live as long as their owners.
         """
         with _files.lock:
-            return self._describe(Names(), set(), {})[0]
+            return self._describe(Names(), {})[0]
 
-    def _describe(
-        self, names: Names, allow: set[Path], uniforms: Mapping[str, Any]
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _describe(self, names: Names, uniforms: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Returns the content of a `.fab.json`, and values that replace those of some uniforms; their materials are in it."""
         fablets = Named[Fablet | Shape]()
         same: dict[tuple[Path, str], Fablet] = {}
@@ -185,7 +187,7 @@ class World:
             own = names.encode_all(placement.uniforms)
             build.append({**placement.spec, "uniforms": own} if own else placement.spec)
         settings = {target: self._setting(target, value, names) for target, value in uniforms.items()}
-        meshes = {name: mesh._spec(allow) for name, mesh in names.meshes.items()}
+        meshes = {name: mesh._spec() for name, mesh in names.meshes.items()}
         for name, mesh in names.meshes.items():
             if isinstance(mesh, Shape):
                 # With values of its own, the stage differs from that of objects with the same fablet.
@@ -195,23 +197,13 @@ class World:
         described: dict[str, dict[str, Any]] = {}
         for name, one_of in fablets.items():
             fablet = one_of.fablet if isinstance(one_of, Shape) else one_of
-            source = fablet.source()
-            allow.add(source.parent)
-            described[name] = {"source": str(source), "fablet": fablet.name}
+            described[name] = {"source": str(fablet.source()), "fablet": fablet.name}
             if isinstance(one_of, Shape):
                 described[name]["uniforms"] = names.encode_all(one_of.uniforms)
-        world: dict[str, Any] = {"openfab": 1}
-        if self._printer is not None:
-            world["printer"] = self._printer
-        world.update(self._keys)
-        dither = self._keys.get("dither")
-        if isinstance(dither, dict) and isinstance(dither.get("source"), str):
-            source = Path(dither["source"]).absolute()
-            world["dither"] = {**dither, "source": str(source)}
-            allow.add(source.parent)
+        world: dict[str, Any] = {"openfab": 1, **self._keys}
         world["fablets"] = described
         world["materials"] = {name: material._spec() for name, material in names.materials.items()}
-        world["textures"] = {name: texture._spec(allow) for name, texture in names.textures.items()}
+        world["textures"] = {name: texture._spec() for name, texture in names.textures.items()}
         world["meshes"] = meshes
         world["objects"] = objects
         world["build"] = build
@@ -219,18 +211,19 @@ class World:
 
     def _snapshot(self, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
         """Writes the world for one print, with other values for some uniforms."""
-        names, allow = Names(), set[Path]()
+        names = Names()
         with _files.lock:
-            description, settings = self._describe(names, allow, uniforms or {})
+            description, settings = self._describe(names, uniforms or {})
             shapes = [mesh.fablet for _, mesh in names.meshes.items() if isinstance(mesh, Shape)]
             fablets = [*(one.fablet for one in self._objects.values()), *shapes]
             sources = dict.fromkeys(fablet.source() for fablet in fablets)
             generates = any(isinstance(mesh, Generated) for _, mesh in names.meshes.items())
         path = _files.unique(self.title, _files.WORLD)
+        text, files = absolute_paths(json.dumps(description, indent=1, allow_nan=False))
         with _files.outside_errors(f"`{path}` cannot be written"):
-            path.write_text(json.dumps(description, indent=1, allow_nan=False), encoding="utf-8")
+            path.write_text(text, encoding="utf-8")
         made = Snapshot(
-            path, tuple(sources), allowed_by(sorted(allow), generates), settings_of(settings), description,
+            path, tuple(sources), allowed_by(sorted({file.parent for file in files}), generates), settings_of(settings), description,
             {
                 str(thing._file.path()): f"the arrays of {kind} `{name}`"
                 for kind, named in (("mesh", names.meshes), ("texture", names.textures))

@@ -33,6 +33,7 @@
 #include "python/src/program.h"
 #include "python/src/share.h"
 #include "texture/cache.h"
+#include "world/edit/world_edit.h"
 #include "world/printer_list.h"
 #include "world/world_keys.h"
 
@@ -42,6 +43,17 @@ using namespace nb::literals;
 namespace openfab::python {
 
 namespace {
+
+Result<std::pair<std::string, std::vector<std::string>>> absolute_paths(std::string text,
+                                                                        const std::string& folder) {
+    Result<world::WorldEdit> world = world::WorldEdit::of_text(std::move(text), "world.fab.json");
+    if (!world) return world.error();
+    if (const Result<void> done = world->make_absolute(folder); !done) return done.error();
+    std::vector<std::string> paths;
+    for (const std::filesystem::path& path : world->paths())
+        paths.push_back(path.string());
+    return std::pair(world->text(), std::move(paths));
+}
 
 using Codes = nb::ndarray<nb::numpy, const uint8_t, nb::ndim<2>>;
 using Fractions = nb::ndarray<nb::numpy, const float, nb::ndim<3>>;
@@ -272,6 +284,14 @@ NB_MODULE(_core, m) {
             return std::vector<std::string>(set.keys.begin(), set.keys.end());
         },
         "kind"_a, "The keys that a `.fab.json` may have for a kind of thing.");
+    m.def(
+        "absolute_paths",
+        [](std::string world, const std::string& folder) {
+            return either(absolute_paths(std::move(world), folder));
+        },
+        "world"_a, "folder"_a,
+        "The JSON of a world, whose paths count from a folder, with absolute paths, and these "
+        "paths.");
     m.def(
         "printers",
         [] {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import inspect
 import json
 from pathlib import Path
 from typing import Any, Callable
@@ -12,6 +13,7 @@ import pytest
 from conftest import BALL, BY_VOLUME
 
 import openfab
+from openfab import _core
 
 RED, BLUE = openfab.Material("red", "#ff0000"), openfab.Material("blue", "#0000ff")
 
@@ -324,3 +326,51 @@ def test_a_shape_needs_the_stage() -> None:
     assert openfab.Fablet(text=ROUND).has_shape
     with pytest.raises(openfab.InputError, match="fablet `Ball` has no @Shape or @Grow stage"):
         openfab.shape(openfab.Fablet(text=BALL), [(0, 0, 0), (1, 1, 1)])
+
+
+def test_every_key_that_is_a_path_counts_from_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = {"name": "own", "pitch_mm": [1, 1, 1], "build_volume_mm": [90, 90, 90], "max_materials": 8, "native_format": "ofr"}
+    (tmp_path / "own.printer.json").write_text(json.dumps(own))
+    (tmp_path / "pins.txt").write_text("0 0 0\n6 0 0\n")
+    (tmp_path / "cuts.json").write_text(json.dumps({"normal": [1, 0, 0], "at_mm": 0, "back": "left", "front": "right"}))
+    monkeypatch.chdir(tmp_path)
+    fablet = openfab.Fablet(text=BALL)
+    world = openfab.World(printer="own.printer.json", groups={"row": [{"object": "ball", "transforms": "pins.txt"}]})
+    made = world.add(
+        openfab.box(2, 4, 3), fablet, {"core": RED, "shell": BLUE}, pieces="cuts.json", piece="left", transforms="pins.txt"
+    )
+    monkeypatch.chdir("/")
+    # Of 1 mm: halves of a box of 2 mm, 6 mm apart.
+    codes = openfab.print_world(world).array()
+    assert codes.shape == (3, 4, 7) and (codes[:, :, [0, 6]] != 0).all() and not codes[:, :, 1:6].any()
+    described = world.to_json()
+    assert described["groups"]["row"][0]["transforms"] == str(tmp_path / "pins.txt")
+    assert described["objects"][made.name]["pieces"] == str(tmp_path / "cuts.json")
+
+
+def test_every_key_of_a_world_has_a_way_to_give_it() -> None:
+    """A new key of the loader is given here, or this fails."""
+
+    def names(call: Any) -> set[str]:
+        given = inspect.signature(call).parameters.values()
+        return {"**" if one.kind is inspect.Parameter.VAR_KEYWORD else one.name for one in given}
+
+    # Whatever is no argument of theirs is a key.
+    for call in (openfab.World, openfab.World.add, openfab.Object.place, openfab.FileMesh):
+        assert "**" in names(call), call
+    assert set(_core.world_keys("material")) == names(openfab.Material) - {"name"}
+    told = {"picture", "volume", "origin", "spacing", "pitch"}
+    assert set(_core.world_keys("texture")) == {"file", "origin_mm", "spacing_mm", "pitch_mm"} | (
+        (names(openfab.Texture) | names(openfab.Texture.volume)) - told
+    )
+    assert set(_core.world_keys("fablet")) == {"source", "fablet", "uniforms"}
+
+
+def test_keys_of_a_mesh_file_are_those_of_a_world(tmp_path: Path) -> None:
+    file = tmp_path / "two.obj"
+    file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\no a\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+    assert openfab.FileMesh(file, body="a")._spec() == {"file": str(file), "body": "a"}
+    with pytest.raises(openfab.InputError, match="a key of a mesh cannot be 'bodi'; did you mean `body`"):
+        openfab.FileMesh(file, bodi="a")

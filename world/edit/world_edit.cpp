@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <iterator>
 #include <span>
 #include <utility>
@@ -237,19 +236,41 @@ Result<void> WorldEdit::relocate(const fs::path& from, const fs::path& to) {
             }
         }
     }
+    return rewrite_paths([&](const fs::path& file) {
+        return (begin / file).lexically_normal().lexically_proximate(end);
+    });
+}
+
+Result<void> WorldEdit::make_absolute(const fs::path& from) {
+    return rewrite_paths([&](const fs::path& file) { return (from / file).lexically_normal(); });
+}
+
+Result<void> WorldEdit::rewrite_paths(const std::function<fs::path(const fs::path&)>& rewrite) {
     std::vector<Change> changes;
-    for (const WorldPath& path : world_paths()) {
-        find_values(tree_, path.keys, [&](const JsonValue& value) {
-            if (!value.is(JsonValue::Kind::kString) || !value.text.ends_with(path.ends)) return;
-            const fs::path file(value.text);
-            if (file.is_absolute()) return;
-            const size_t at = offset_of(value.line, value.column);
-            changes.push_back(
-                {at, end_of_value(text_, at),
-                 as_json((begin / file).lexically_normal().lexically_proximate(end).string())});
-        });
+    for (const JsonValue* const value : path_values()) {
+        if (fs::path(value->text).is_absolute()) continue;
+        const size_t at = offset_of(value->line, value->column);
+        changes.push_back({at, end_of_value(text_, at), as_json(rewrite(value->text).string())});
     }
     return apply(std::move(changes));
+}
+
+std::vector<const JsonValue*> WorldEdit::path_values() const {
+    std::vector<const JsonValue*> values;
+    for (const WorldPath& path : world_paths()) {
+        find_values(tree_, path.keys, [&](const JsonValue& value) {
+            if (value.is(JsonValue::Kind::kString) && value.text.ends_with(path.ends))
+                values.push_back(&value);
+        });
+    }
+    return values;
+}
+
+std::vector<fs::path> WorldEdit::paths() const {
+    std::vector<fs::path> paths;
+    for (const JsonValue* const value : path_values())
+        paths.emplace_back(value->text);
+    return paths;
 }
 
 }  // namespace openfab::world

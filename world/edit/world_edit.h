@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -49,6 +50,10 @@ class WorldEdit {
     /// Lets paths, which count from the folder `from`, count from `to`: those that world_paths() names. Fails where a
     /// program is run in the world's folder.
     Result<void> relocate(const std::filesystem::path& from, const std::filesystem::path& to);
+    /// Makes those paths absolute that count from the folder `from`.
+    Result<void> make_absolute(const std::filesystem::path& from);
+    /// Returns the files and folders that world_paths() names, as they are written.
+    std::vector<std::filesystem::path> paths() const;
 
   private:
     /// What stands in the text from `begin` to `end` becomes `text`.
@@ -65,6 +70,9 @@ class WorldEdit {
     Change value_of_member(const JsonValue& object, std::string_view key,
                            std::string_view value) const;
     Result<const JsonValue*> object_named(std::string_view object) const;
+    std::vector<const JsonValue*> path_values() const;
+    Result<void> rewrite_paths(
+        const std::function<std::filesystem::path(const std::filesystem::path&)>& rewrite);
 
     std::string name_;
     int64_t memory_bytes_;

@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 #include "mechanics/messages.h"
 #include "mechanics/part/eigen.h"
@@ -38,6 +40,16 @@ TEST(MechanicsPart, GradedBarIsTheIntegralOfItsCompliance) {
     EXPECT_NEAR(moved(s, kLong, 2, 2, 0) / (3.0 / 4 * integral), 1, 1e-4);
     EXPECT_NEAR(s.solution.reactions_N[0][0], -3, 1e-6);
     EXPECT_NEAR(s.solution.work_Nmm, 0.5 * 3 * wanted, 1e-4 * wanted);
+}
+
+TEST(MechanicsPart, CasesOfAWorldThatPrintsAreRead) {
+    const std::string file = ::testing::TempDir() + "large.fab.json";
+    std::ofstream(file) << std::string(17 << 20, ' ')
+                        << R"({"cases": {"one": {"held": [{"side": "-x"}],
+        "loads": [{"side": "+x", "force_N": [3, 0, 0]}]}}})";
+    const Result<LoadCase> read = read_load_case(file, "one");
+    EXPECT_TRUE(read) << read.error().text();
+    std::filesystem::remove(file);
 }
 
 TEST(MechanicsPart, GapsWithinElementsAreTold) {

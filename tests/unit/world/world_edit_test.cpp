@@ -127,6 +127,18 @@ TEST(WorldEdit, PathsCountFromAnotherFolder) {
     EXPECT_EQ(edit->text(), before);
 }
 
+TEST(WorldEdit, PathsAreMadeAbsolute) {
+    Result<WorldEdit> edit = WorldEdit::of_text(
+        R"({"printer": "generic", "meshes": {"m": {"file": "../m.obj"}}, "build": [{"transforms": "/x/b.txt"}]})",
+        "w");
+    ASSERT_TRUE(edit) << edit.error().text();
+    ASSERT_TRUE(edit->make_absolute("/a/b"));
+    EXPECT_EQ(
+        edit->text(),
+        R"({"printer": "generic", "meshes": {"m": {"file": "/a/m.obj"}}, "build": [{"transforms": "/x/b.txt"}]})");
+    EXPECT_EQ(edit->paths(), (std::vector<std::filesystem::path>{"/a/m.obj", "/x/b.txt"}));
+}
+
 TEST(WorldEdit, MembersOfTheWorld) {
     const std::string text = "{\n  \"a\": [1, 2],\n  \"b\": {\"c\": 1},\n\n  \"d\": 3 }\n";
     const auto after = [&](auto&& change) {
