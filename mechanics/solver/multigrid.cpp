@@ -129,18 +129,12 @@ void Multigrid<C>::smooth(const Operator& a, Level* l, int degree, bool from_zer
     double rho = 1 / sigma;
     // q becomes the residual's part that is not in b; b stays what is wanted of A x.
     if (!from_zero) a.apply(&l->x, &l->q);
+    const RowKernels& kernels = row_kernels();
+    const size_t n = l->x.plane_size();
     const auto first = static_cast<float>(1 / theta);
-    for_rows<C>(l->grid, [&](int c, int32_t y, int32_t z, int32_t n) {
-        float* x = l->x.row(c, y, z);
-        float* d = l->d.row(c, y, z);
-        const float* q = l->q.row(c, y, z);
-        const float* b = l->b.row(c, y, z);
-        const float* w = l->inverse_diagonal.row(c, y, z);
-        for (int32_t i = 0; i < n; ++i) {
-            const float r = from_zero ? b[i] : b[i] - q[i];
-            d[i] = first * (w[i] * r);
-            x[i] = from_zero ? d[i] : x[i] + d[i];
-        }
+    for_each_index(l->grid.nodes[2], [&](int32_t z) {
+        kernels.smooth_first(n, first, l->inverse_diagonal.plane(z), l->b.plane(z),
+                             from_zero ? nullptr : l->q.plane(z), l->d.plane(z), l->x.plane(z));
     });
     for (int k = 1; k < degree; ++k) {
         const double next = 1 / (2 * sigma - rho);
@@ -148,16 +142,9 @@ void Multigrid<C>::smooth(const Operator& a, Level* l, int degree, bool from_zer
                    add = static_cast<float>(2 * next / delta);
         rho = next;
         a.apply(&l->x, &l->q);
-        for_rows<C>(l->grid, [&](int c, int32_t y, int32_t z, int32_t n) {
-            float* x = l->x.row(c, y, z);
-            float* d = l->d.row(c, y, z);
-            const float* q = l->q.row(c, y, z);
-            const float* b = l->b.row(c, y, z);
-            const float* w = l->inverse_diagonal.row(c, y, z);
-            for (int32_t i = 0; i < n; ++i) {
-                d[i] = keep * d[i] + add * (w[i] * (b[i] - q[i]));
-                x[i] += d[i];
-            }
+        for_each_index(l->grid.nodes[2], [&](int32_t z) {
+            kernels.smooth_next(n, keep, add, l->inverse_diagonal.plane(z), l->b.plane(z),
+                                l->q.plane(z), l->d.plane(z), l->x.plane(z));
         });
     }
 }

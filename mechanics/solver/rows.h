@@ -49,6 +49,12 @@ struct RowKernels {
                      float* const* out);
     void (*stencil1)(int32_t n, size_t stride, const float* const* blocks, const float* const* in,
                      float* const* out);
+    /// A step of a Chebyshev smoother, i of n: d = keep d + add w (b - q), x += d; the first has no d before it, and
+    /// neither q nor x where it starts from zero (`q` null).
+    void (*smooth_first)(size_t n, float add, const float* w, const float* b, const float* q,
+                         float* d, float* x);
+    void (*smooth_next)(size_t n, float keep, float add, const float* w, const float* b,
+                        const float* q, float* d, float* x);
     /// Sum of a[i] b[i] in eight lanes.
     double (*dot_double)(size_t n, const double* a, const double* b);
     double (*dot_float_double)(size_t n, const float* a, const double* b);

@@ -28,6 +28,7 @@ OPENFAB_INLINE void to_modes(int32_t n, const T* const* in, T* t) {
         T* __restrict y = one + stride;
         T* __restrict z = y + stride;
         T* __restrict yz = z + stride;
+#pragma GCC ivdep
         for (int32_t x = 0; x <= n; ++x) {
             const T s0 = a[x] + b[x], d0 = b[x] - a[x];
             const T s1 = d[x] + e[x], d1 = e[x] - d[x];
@@ -50,6 +51,7 @@ OPENFAB_INLINE void from_modes(int32_t n, const T* l, const T* r, T* const* out)
         T* __restrict e = out[3 * C + c];
         const T* __restrict l0 = l + static_cast<size_t>(4 * c) * stride;
         const T* __restrict r0 = r + static_cast<size_t>(4 * c) * stride;
+#pragma GCC ivdep
         for (int32_t x = 0; x <= n; ++x) {
             const auto i = static_cast<size_t>(x);
             const T one = l0[i] + r0[i];
@@ -236,45 +238,66 @@ void geometric_row(const ElementShape<double>& shape, int32_t n, const float* co
     from_modes<double, 3>(n, l, r, out);
 }
 
-/// p += the block's rows times (u, v, w).
-OPENFAB_INLINE void add_block(int32_t n, size_t row, size_t column, const float* a,
-                              const float* const* in, float* const* out) {
-    const float* __restrict u = in[0];
-    const float* __restrict v = in[1];
-    const float* __restrict w = in[2];
-    float* __restrict p = out[0];
-    float* __restrict q = out[1];
-    float* __restrict s = out[2];
-    const float* __restrict b = a + row;
-    const float* __restrict c = b + row;
-    for (int32_t i = 0; i < n; ++i) {
-        const auto x = static_cast<size_t>(i);
-        const float e = u[x], f = v[x], g = w[x];
-        p[x] += a[x] * e + a[column + x] * f + a[2 * column + x] * g;
-        q[x] += b[x] * e + b[column + x] * f + b[2 * column + x] * g;
-        s[x] += c[x] * e + c[column + x] * f + c[2 * column + x] * g;
+/// `Lanes` nodes of a row from x on; their sums stay in registers. The blocks of neighbours before the node are theirs,
+/// transposed.
+template <int C, int Lanes>
+OPENFAB_INLINE void stencil_lanes(size_t x, size_t stride, const float* const* blocks,
+                                  const float* const* in, float* const* out) {
+    constexpr int kSelf = 13;
+    float sum[C][Lanes] = {};
+    for (int o = 0; o < 27; ++o) {
+        if (!blocks[o]) continue;
+        const float* a = blocks[o] + x;
+        const size_t row = o < kSelf ? stride : C * stride, column = o < kSelf ? C * stride : stride;
+        for (size_t c = 0; c < C; ++c) {
+            const float* r = a + c * row;
+            for (size_t k = 0; k < Lanes; ++k) {
+                float product = r[k] * in[o * C][x + k];
+                for (size_t d = 1; d < C; ++d)
+                    product += r[d * column + k] * in[static_cast<size_t>(o * C) + d][x + k];
+                sum[c][k] += product;
+            }
+        }
     }
+    for (size_t c = 0; c < C; ++c)
+        for (size_t k = 0; k < Lanes; ++k)
+            out[c][x + k] = sum[c][k];
 }
 
 template <int C>
 void stencil_row(int32_t n, size_t stride, const float* const* blocks, const float* const* in,
                  float* const* out) {
-    for (int c = 0; c < C; ++c)
-        for (int32_t x = 0; x < n; ++x)
-            out[c][x] = 0;
-    for (int o = 0; o < 27; ++o) {
-        const float* a = blocks[o];
-        if (!a) continue;
-        if constexpr (C == 3) {
-            constexpr int kSelf = 13;
-            add_block(n, o < kSelf ? stride : 3 * stride, o < kSelf ? 3 * stride : stride, a,
-                      in + o * C, out);
-        } else {
-            const float* __restrict u = in[o];
-            float* __restrict p = out[0];
-            for (int32_t x = 0; x < n; ++x)
-                p[x] += a[x] * u[x];
-        }
+    const auto count = static_cast<size_t>(n);
+    size_t x = 0;
+    for (; x + 16 <= count; x += 16)
+        stencil_lanes<C, 16>(x, stride, blocks, in, out);
+    for (; x + 4 <= count; x += 4)
+        stencil_lanes<C, 4>(x, stride, blocks, in, out);
+    for (; x < count; ++x)
+        stencil_lanes<C, 1>(x, stride, blocks, in, out);
+}
+
+void smooth_first(size_t n, float add, const float* w, const float* b, const float* q, float* d,
+                  float* x) {
+    if (!q) {
+#pragma GCC ivdep
+        for (size_t i = 0; i < n; ++i)
+            x[i] = d[i] = add * (w[i] * b[i]);
+        return;
+    }
+#pragma GCC ivdep
+    for (size_t i = 0; i < n; ++i) {
+        d[i] = add * (w[i] * (b[i] - q[i]));
+        x[i] += d[i];
+    }
+}
+
+void smooth_next(size_t n, float keep, float add, const float* w, const float* b, const float* q,
+                 float* d, float* x) {
+#pragma GCC ivdep
+    for (size_t i = 0; i < n; ++i) {
+        d[i] = keep * d[i] + add * (w[i] * (b[i] - q[i]));
+        x[i] += d[i];
     }
 }
 
@@ -296,7 +319,7 @@ double dot(size_t n, const A* a, const B* b) {
 extern const RowKernels kRowKernels;
 const RowKernels kRowKernels{elastic_row<float>, elastic_row<double>, scalar_row<float>,
                              scalar_row<double>, geometric_row,       stencil_row<3>,
-                             stencil_row<1>,     dot<double, double>, dot<float, double>,
+                             stencil_row<1>, smooth_first, smooth_next,    dot<double, double>, dot<float, double>,
                              dot<float, float>};
 
 }  // namespace OPENFAB_SIMD_ISA

@@ -307,6 +307,76 @@ TEST(MechanicsSolver, SameBitsForInstructionSets) {
     EXPECT_EQ(results[0], results[2]);
 }
 
+/// Numbers between -1 and 1.
+std::vector<float> numbers(size_t count, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> value(-1, 1);
+    std::vector<float> out(count);
+    for (float& f : out)
+        f = value(random);
+    return out;
+}
+
+TEST(MechanicsSolver, RowsOfStencilsAreTheirSumsForEachWidth) {
+    for (const int32_t n : {1, 3, 4, 15, 16, 23, 37}) {
+        const auto count = static_cast<size_t>(n);
+        const std::vector<float> block = numbers(27 * 9 * count, 5),
+                                 in = numbers(27 * 3 * count, 6);
+        const float* blocks[27];
+        const float* from[81];
+        for (size_t o = 0; o < 27; ++o) {
+            blocks[o] = o == 4 || o == 22 ? nullptr : block.data() + 9 * o * count;
+            for (size_t c = 0; c < 3; ++c)
+                from[3 * o + c] = in.data() + (3 * o + c) * count;
+        }
+        std::vector<double> expected(3 * count);
+        for (size_t o = 0; o < 27; ++o)
+            for (size_t c = 0; c < 3 && blocks[o]; ++c)
+                for (size_t d = 0; d < 3; ++d)
+                    for (size_t x = 0; x < count; ++x)
+                        expected[c * count + x] +=
+                            double{blocks[o][(o < 13 ? 3 * d + c : 3 * c + d) * count + x]} *
+                            double{from[3 * o + d][x]};
+        std::vector<std::vector<float>> results;
+        for (const int limit : {0, 1, 2}) {
+            std::vector<float> out(3 * count, 9);
+            float* to[3] = {out.data(), out.data() + count, out.data() + 2 * count};
+            row_kernels(limit).stencil3(n, count, blocks, from, to);
+            results.push_back(out);
+        }
+        EXPECT_EQ(results[0], results[1]) << n;
+        EXPECT_EQ(results[0], results[2]) << n;
+        for (size_t i = 0; i < expected.size(); ++i)
+            EXPECT_NEAR(double{results[0][i]}, expected[i], 1e-5) << n << ", " << i;
+    }
+}
+
+TEST(MechanicsSolver, StepsOfTheSmootherAreTheirFormulaInEachSet) {
+    constexpr size_t n = 37;
+    const std::vector<float> w = numbers(n, 1), b = numbers(n, 2), q = numbers(n, 3),
+                             d0 = numbers(n, 4), x0 = numbers(n, 5);
+    std::vector<std::vector<float>> results;
+    for (const int limit : {0, 1, 2}) {
+        const RowKernels& k = row_kernels(limit);
+        std::vector<float> d = d0, x = x0, first_d = d0, first_x = x0, zero_d = d0, zero_x = x0;
+        k.smooth_next(n, 0.25F, 0.5F, w.data(), b.data(), q.data(), d.data(), x.data());
+        k.smooth_first(n, 0.5F, w.data(), b.data(), q.data(), first_d.data(), first_x.data());
+        k.smooth_first(n, 0.5F, w.data(), b.data(), nullptr, zero_d.data(), zero_x.data());
+        for (size_t i = 0; i < n; ++i) {
+            const float step = 0.5F * (w[i] * (b[i] - q[i]));
+            EXPECT_EQ(d[i], 0.25F * d0[i] + step);
+            EXPECT_EQ(x[i], x0[i] + d[i]);
+            EXPECT_EQ(first_d[i], step);
+            EXPECT_EQ(first_x[i], x0[i] + step);
+            EXPECT_EQ(zero_d[i], 0.5F * (w[i] * b[i]));
+            EXPECT_EQ(zero_x[i], zero_d[i]);
+        }
+        results.push_back(x);
+    }
+    EXPECT_EQ(results[0], results[1]);
+    EXPECT_EQ(results[0], results[2]);
+}
+
 TEST(MechanicsSolver, TakesAtMost150BytesAnUnknown) {
     const Grid g = Grid::make({128, 128, 128}, {1, 1, 1}, true);
     EXPECT_LE(static_cast<double>(solver_bytes<3>(g)) / (3.0 * static_cast<double>(g.node_count())),
