@@ -17,6 +17,7 @@
 #include "tools/inspection/components.h"
 #include "tools/inspection/distances.h"
 #include "tools/inspection/section.h"
+#include "tools/inspection/spread.h"
 #include "tools/inspection/thickness.h"
 
 namespace openfab::inspection {
@@ -256,6 +257,40 @@ TEST(Sections, HolesAreNarrowInSomePlaneAndGapsInNone) {
                     << name << " of " << t << ", trial " << trial << ": " << holes << " of " << all;
             }
         }
+    }
+}
+
+TEST(Squares, EachInstructionSetSpreadsTheSame) {
+    std::mt19937 random(7);
+    for (int trial = 0; trial < 30; ++trial) {
+        const auto rows = static_cast<int32_t>(1 + random() % 20),
+                   width = static_cast<int32_t>(1 + random() % 150),
+                   steps = static_cast<int32_t>(1 + random() % 80);
+        std::vector<uint16_t> values(static_cast<size_t>(rows) * static_cast<size_t>(width)),
+            costs(2 * static_cast<size_t>(steps) + 1);
+        for (uint16_t& v : values)
+            v = random() % 3 == 0 ? static_cast<uint16_t>(random() % 900) : Squares::kFar;
+        for (size_t i = 0; i < costs.size(); ++i) {
+            const auto d = static_cast<int32_t>(i) - steps;
+            costs[i] = static_cast<uint16_t>(d * d + trial % 2);
+        }
+        std::vector<std::vector<uint16_t>> results;
+        for (const int limit : {0, 1}) {
+            std::vector<uint16_t> out = values,
+                                  copy(static_cast<size_t>(width + 2 * steps), Squares::kFar),
+                                  rows_copy(static_cast<size_t>(rows) * kPiece);
+            std::vector<Piece> pieces(200);
+            const SpreadKernels& kernels = spread_kernels(limit);
+            const uint16_t* const cost = costs.data() + steps;
+            for (int32_t r = 0; r < rows; ++r)
+                kernels.along(out.data() + r * width, width, cost, steps, copy.data(),
+                              pieces.data());
+            kernels.across(out.data(), static_cast<size_t>(width), rows, width, cost, steps,
+                           rows_copy.data(), pieces.data());
+            results.push_back(out);
+        }
+        EXPECT_EQ(results[0], results[1]) << trial;
+        EXPECT_NE(results[0], values) << trial;
     }
 }
 
