@@ -35,7 +35,7 @@ file(INSTALL ${build}/install/openfab_print.link DESTINATION ${to})
 
 # Terms of what is copied, or compiled in from headers.
 find_program(dpkg_query dpkg-query)
-set(packages libcli11-dev rapidjson-dev libxxhash-dev)
+set(packages libcli11-dev libxxhash-dev)
 if(dpkg_query)
     foreach(archive IN LISTS foreign)
         execute_process(COMMAND ${dpkg_query} --search ${archive} OUTPUT_VARIABLE owner ERROR_QUIET)

@@ -3,8 +3,6 @@
 #include "program/estimate.h"
 
 #include <fmt/format.h>
-#include <rapidjson/prettywriter.h>
-#include <rapidjson/stringbuffer.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +11,7 @@
 #include "backends/common/output_file.h"
 #include "backends/common/tee_sink.h"
 #include "base/deadline.h"
+#include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -200,65 +199,42 @@ void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
 }
 
 std::string estimate_json(const Estimate& e, const pipeline::PrintInfo& info) {
-    rapidjson::StringBuffer buffer;
-    rapidjson::PrettyWriter<rapidjson::StringBuffer> w(buffer);
-    constexpr int kDecimals = 6;
-    w.SetMaxDecimalPlaces(kDecimals);
-    w.SetIndent(' ', 2);
-    w.StartObject();
-    const auto text = [&](const char* key, const std::string& value) {
-        w.Key(key);
-        w.String(valid_utf8(value).c_str());
+    JsonText w(JsonText::Layout::kIndented);
+    const auto number = [&](std::string_view key, double value) {
+        constexpr int kDecimals = 6;
+        w.key(key).fraction(value, kDecimals);
     };
-    const auto number = [&](const char* key, double value) {
-        w.Key(key);
-        w.Double(value);
-    };
-    text("title", info.title);
-    text("printer", info.printer);
-    w.Key("estimate");
-    w.Bool(true);
+    w.begin_object();
+    w.member("title", info.title).member("printer", info.printer).member("estimate", true);
     write_grid(e.set_up.size, info, &w);
-    w.Key("printer_pitch_mm");
-    w.SetMaxDecimalPlaces(rapidjson::Writer<rapidjson::StringBuffer>::kDefaultMaxDecimalPlaces);
-    w.StartArray();
+    w.key("printer_pitch_mm").begin_array();
     for (int a = 0; a < 3; ++a)
-        w.Double(e.printer_pitch_mm[a]);
-    w.EndArray();
-    w.SetMaxDecimalPlaces(kDecimals);
-    w.Key("voxels_total");
-    w.Int64(e.set_up.voxels_total);
-    w.Key("slices");
-    w.Int(e.slices);
-    w.Key("memory_bytes");
-    w.Int64(e.memory_bytes);
+        w.fraction(e.printer_pitch_mm[a]);
+    w.end_array();
+    w.member("voxels_total", e.set_up.voxels_total).member("slices", e.slices);
+    w.member("memory_bytes", e.memory_bytes);
     number("seconds_total", e.seconds());
     if (e.time.places > 0) number("processor_seconds", e.time.processor_seconds);
     if (e.print_seconds > 0) number("print_seconds", e.print_seconds);
     if (e.print_seconds > 0 && e.time.places > 0) {
         number("slowest_slice_seconds", e.slowest_slice_seconds());
-        w.Key("keeps_up");
-        w.Bool(e.keeps_up());
+        w.member("keeps_up", e.keeps_up());
     }
     for (const bool mass : {false, true}) {
-        w.Key(mass ? "g_by_material" : "ml_by_material");
-        w.StartObject();
+        w.key(mass ? "g_by_material" : "ml_by_material").begin_object();
         for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
             const pipeline::SliceMaterial& material = info.materials[code - 1];
-            number(valid_utf8(material.name).c_str(),
-                   static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml *
-                       (mass ? material.density_g_cm3 : 1));
+            number(material.name, static_cast<double>(e.sample.voxels_by_code[code]) *
+                                      e.sample_voxel_ml * (mass ? material.density_g_cm3 : 1));
         }
-        w.EndObject();
+        w.end_object();
     }
     if (e.cost) write_cost(*e.cost, &w);
-    w.Key("warnings");
-    w.StartArray();
+    w.key("warnings").begin_array();
     for (const std::string& warning : e.warnings)
-        w.String(valid_utf8(warning).c_str());
-    w.EndArray();
-    w.EndObject();
-    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+        w.value(warning);
+    w.end_array().end_object();
+    return w.take() + "\n";
 }
 
 Result<void> write_estimate(const std::string& file, const Estimate& e,

@@ -4,12 +4,10 @@
 
 // Writes the statistics of a print as JSON (`--stats`).
 
-#include <rapidjson/prettywriter.h>
-#include <rapidjson/stringbuffer.h>
-
 #include <filesystem>
 #include <string>
 
+#include "base/json_text.h"
 #include "base/result.h"
 #include "runtime/pipeline/print_job.h"
 #include "runtime/pipeline/slice_sink.h"
@@ -23,12 +21,10 @@ std::string statistics_json(const pipeline::PrintStatistics& statistics,
                             const pipeline::PrintInfo& info);
 
 /// Writes the members `size_voxels` and `pitch_mm` of an object.
-void write_grid(const Vec3i& size_voxels, const pipeline::PrintInfo& info,
-                rapidjson::PrettyWriter<rapidjson::StringBuffer>* w);
+void write_grid(const Vec3i& size_voxels, const pipeline::PrintInfo& info, JsonText* w);
 
 /// Writes the member `cost` of an object.
-void write_cost(const pipeline::PrintCost& cost,
-                rapidjson::PrettyWriter<rapidjson::StringBuffer>* w);
+void write_cost(const pipeline::PrintCost& cost, JsonText* w);
 
 /// Writes the statistics to a file, replacing it.
 Result<void> write_statistics(const std::filesystem::path& file,

@@ -5,24 +5,22 @@
 // printer's front end, and what an array lacks.
 
 #include <fmt/format.h>
-#include <rapidjson/document.h>
-#include <rapidjson/prettywriter.h>
-#include <rapidjson/stringbuffer.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "backends/common/resume_check.h"
 #include "backends/raster/folder_sink.h"
 #include "backends/raster/grey_slice.h"
 #include "backends/raster/messages.h"
 #include "backends/raster/npy_sink.h"
+#include "backends/raster/slice_digests.h"
+#include "base/json_text.h"
 #include "base/text.h"
 
 namespace openfab::raster {
 
 namespace {
-
-using Json = rapidjson::PrettyWriter<rapidjson::StringBuffer>;
 
 std::string hex_color(const std::array<uint8_t, 4>& c) {
     return fmt::format("#{:02x}{:02x}{:02x}{:02x}", c[0], c[1], c[2], c[3]);
@@ -33,34 +31,14 @@ double rounded(double value) {
     return std::strtod(fmt::format("{:.6f}", value).c_str(), nullptr);
 }
 
-void key(Json& json, const char* name) {
-    json.Key(name);
+void put(JsonText& json, std::string_view name, double value) {
+    json.key(name).fraction(rounded(value));
 }
-void put(Json& json, const char* name, const std::string& value) {
-    key(json, name);
-    const std::string valid = valid_utf8(value);
-    json.String(valid.c_str(), static_cast<rapidjson::SizeType>(valid.size()));
-}
-void put(Json& json, const char* name, bool value) {
-    key(json, name);
-    json.Bool(value);
-}
-void put(Json& json, const char* name, int64_t value) {
-    key(json, name);
-    json.Int64(value);
-}
-void put(Json& json, const char* name, double value) {
-    key(json, name);
-    json.Double(rounded(value));
-}
-template <typename... T>
-void put_list(Json& json, const char* name, T... values) {
-    key(json, name);
-    json.SetFormatOptions(rapidjson::kFormatSingleLineArray);
-    json.StartArray();
-    (json.Double(rounded(values)), ...);
-    json.EndArray();
-    json.SetFormatOptions(rapidjson::kFormatDefault);
+void put_list(JsonText& json, std::string_view name, std::initializer_list<double> values) {
+    json.key(name).begin_list();
+    for (const double value : values)
+        json.fraction(rounded(value));
+    json.end_array();
 }
 
 double voxel_ml(const pipeline::PrintInfo& info) {
@@ -71,123 +49,109 @@ int64_t voxels_of(const pipeline::PrintTotals& totals, size_t code) {
     return code < totals.voxels_by_code.size() ? totals.voxels_by_code[code] : 0;
 }
 
-void put_geometry(Json& json, const pipeline::PrintInfo& info) {
+void put_geometry(JsonText& json, const pipeline::PrintInfo& info) {
     const Vec3d& pitch = info.pitch_mm;
-    put_list(json, "dpi", 25.4 / pitch.x, 25.4 / pitch.y);
+    put_list(json, "dpi", {25.4 / pitch.x, 25.4 / pitch.y});
     put(json, "layer_um", pitch.z * 1000);
-    put_list(json, "pitch_mm", pitch.x, pitch.y, pitch.z);
-    put_list(json, "size_mm", info.size.x * pitch.x, info.size.y * pitch.y, info.size.z * pitch.z);
-    put_list(json, "origin_mm", info.origin_mm.x, info.origin_mm.y, info.origin_mm.z);
+    put_list(json, "pitch_mm", {pitch.x, pitch.y, pitch.z});
+    put_list(json, "size_mm",
+             {info.size.x * pitch.x, info.size.y * pitch.y, info.size.z * pitch.z});
+    put_list(json, "origin_mm", {info.origin_mm.x, info.origin_mm.y, info.origin_mm.z});
 }
 
-void put_axes(Json& json, const FolderOptions& options) {
-    key(json, "axes");
-    json.StartObject();
-    put(json, "image_right", std::string(options.flip_x ? "-x" : "+x"));
-    put(json, "image_up", std::string("+y"));
-    put(json, "next_slice", std::string("+z"));
-    put(json, "flipped_x", options.flip_x);
-    json.EndObject();
+void put_axes(JsonText& json, const FolderOptions& options) {
+    json.key("axes").begin_object();
+    json.member("image_right", options.flip_x ? "-x" : "+x");
+    json.member("image_up", "+y");
+    json.member("next_slice", "+z");
+    json.member("flipped_x", options.flip_x);
+    json.end_object();
 }
 
 /// `bitmaps`: each has files of its own.
-void put_materials(Json& json, const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
-                   bool bitmaps) {
-    key(json, "materials");
-    json.StartArray();
+void put_materials(JsonText& json, const pipeline::PrintInfo& info,
+                   const pipeline::PrintTotals& totals, bool bitmaps) {
+    json.key("materials").begin_array();
     for (size_t i = 0; i < info.materials.size(); ++i) {
         const pipeline::SliceMaterial& material = info.materials[i];
         const int64_t voxels = voxels_of(totals, i + 1);
         const double ml = static_cast<double>(voxels) * voxel_ml(info);
-        json.StartObject();
-        put(json, "name", material.name);
-        if (bitmaps) put(json, "file_suffix", fmt::format("_{}.bmp", i + 1));
-        put(json, "color", hex_color(material.key));
-        put(json, "channel", material.channel);
+        json.begin_object();
+        json.member("name", material.name);
+        if (bitmaps) json.member("file_suffix", fmt::format("_{}.bmp", i + 1));
+        json.member("color", hex_color(material.key));
+        json.member("channel", material.channel);
         put(json, "density_g_cm3", material.density_g_cm3);
-        put(json, "voxels", voxels);
+        json.member("voxels", voxels);
         put(json, "ml", ml);
         put(json, "g", ml * material.density_g_cm3);
-        json.EndObject();
+        json.end_object();
     }
-    json.EndArray();
+    json.end_array();
 }
 
-void put_provenance(Json& json, const pipeline::PrintInfo& info) {
-    put(json, "seed", std::to_string(info.seed));
+void put_provenance(JsonText& json, const pipeline::PrintInfo& info) {
+    json.member("seed", std::to_string(info.seed));
     if (info.provenance.empty()) return;
-    key(json, "made_from");
-    json.StartObject();
+    json.key("made_from").begin_object();
     for (const auto& [name, value] : info.provenance)
-        put(json, name.c_str(), value);
-    json.EndObject();
+        json.member(name, value);
+    json.end_object();
 }
 
 /// What changed while the print ran.
-void put_changes(Json& json, const pipeline::PrintTotals& totals) {
+void put_changes(JsonText& json, const pipeline::PrintTotals& totals) {
     if (totals.changes.empty()) return;
     std::string open;  // list
     for (const process::EffectChange& change : totals.changes) {
         const std::string list = change.effect + "_changes";
         if (list != open) {
-            if (!open.empty()) json.EndArray();
-            key(json, list.c_str());
-            json.StartArray();
+            if (!open.empty()) json.end_array();
+            json.key(list).begin_array();
             open = list;
         }
-        json.StartObject();
-        put(json, "from_slice", int64_t{change.slice});
-        put(json, change.key.c_str(), change.text);
-        json.EndObject();
+        json.begin_object();
+        json.member("from_slice", int64_t{change.slice});
+        json.member(change.key, change.text);
+        json.end_object();
     }
-    json.EndArray();
+    json.end_array();
 }
 
-void put_sizes(Json& json, const char* name, std::initializer_list<int32_t> sizes) {
-    key(json, name);
-    json.SetFormatOptions(rapidjson::kFormatSingleLineArray);
-    json.StartArray();
+void put_sizes(JsonText& json, std::string_view name, std::initializer_list<int32_t> sizes) {
+    json.key(name).begin_list();
     for (const int32_t size : sizes)
-        json.Int(size);
-    json.EndArray();
-    json.SetFormatOptions(rapidjson::kFormatDefault);
+        json.value(size);
+    json.end_array();
 }
 
 /// Of a part of a print: how many slices the whole has, and which of them are elsewhere, B excluded.
-void put_missing(Json& json, const pipeline::PrintInfo& info) {
+void put_missing(JsonText& json, const pipeline::PrintInfo& info) {
     if (info.slice_begin == 0 && info.slice_end == info.size.z) return;
-    put(json, "slices_of_whole", int64_t{info.size.z});
-    key(json, "slices_elsewhere");
-    json.StartArray();
+    json.member("slices_of_whole", int64_t{info.size.z});
+    json.key("slices_elsewhere").begin_array();
     for (const auto& [begin, end] :
          {std::pair(0, info.slice_begin), std::pair(info.slice_end, info.size.z)}) {
         if (begin == end) continue;
-        const std::string text = fmt::format("{}:{}", begin, end);
-        json.String(text.c_str(), static_cast<rapidjson::SizeType>(text.size()));
+        json.value(fmt::format("{}:{}", begin, end));
     }
-    json.EndArray();
+    json.end_array();
 }
 
-void put_digests(Json& json, const pipeline::PrintInfo& info, const FolderOptions& options,
+void put_digests(JsonText& json, const pipeline::PrintInfo& info, const FolderOptions& options,
                  std::span<const Sha256Digest> digests) {
     if (digests.empty()) return;
     const size_t files = files_a_slice(info, options);
     const auto identity = print_identity(manifest_json(info, {}, 0, options));
     for (const bool seals : {false, true}) {
-        key(json, seals ? "seals" : "sha256");
-        json.StartObject();
+        json.key(seals ? "seals" : "sha256").begin_object();
         for (size_t i = 0; i < digests.size(); ++i) {
             const auto z = info.slice_begin + static_cast<int32_t>(i / files);
             const std::string name = slice_file_name(z, i % files, info, options);
-            put(json, name.c_str(),
-                hex_text(seals ? seal_of(*identity, name, digests[i]) : digests[i]));
+            json.member(name, hex_text(seals ? seal_of(*identity, name, digests[i]) : digests[i]));
         }
-        json.EndObject();
+        json.end_object();
     }
-}
-
-std::string text_of(const rapidjson::StringBuffer& buffer) {
-    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
 }
 
 /// Returns the name of the last file of the last slice.
@@ -222,69 +186,63 @@ std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::Print
                           int32_t slices_written, const FolderOptions& options,
                           std::span<const Sha256Digest> digests) {
     const bool bitmaps = options.format == SliceFormat::kBitmaps;
-    rapidjson::StringBuffer buffer;
-    Json json(buffer);
-    json.SetIndent(' ', 2);
-    json.StartObject();
-    put(json, "format",
-        std::string(bitmaps                   ? "openfab-bmp-slices"
-                    : is_grey(options.format) ? "openfab-grey-slices"
-                                              : "openfab-png-slices"));
-    put(json, "version", int64_t{1});
-    put(json, "complete", totals.complete);
-    put(json, "title", info.title);
-    put(json, "printer", info.printer);
-    put(json, "slices", int64_t{slices_written});
-    put(json, "slices_planned", int64_t{info.slice_end - info.slice_begin});
-    put(json, "first_slice_z", int64_t{info.slice_begin});
+    JsonText json(JsonText::Layout::kIndented);
+    json.begin_object();
+    json.member("format", std::string(bitmaps                   ? "openfab-bmp-slices"
+                                      : is_grey(options.format) ? "openfab-grey-slices"
+                                                                : "openfab-png-slices"));
+    json.member("version", int64_t{1});
+    json.member("complete", totals.complete);
+    json.member("title", info.title);
+    json.member("printer", info.printer);
+    json.member("slices", int64_t{slices_written});
+    json.member("slices_planned", int64_t{info.slice_end - info.slice_begin});
+    json.member("first_slice_z", int64_t{info.slice_begin});
     put_missing(json, info);
-    put(json, "first_file", slice_file_name(info.slice_begin, 0, info, options));
-    put(json, "last_file", last_file(info, slices_written, options));
+    json.member("first_file", slice_file_name(info.slice_begin, 0, info, options));
+    json.member("last_file", last_file(info, slices_written, options));
     put_sizes(json, "pixels", {info.size.x, info.size.y});
     put_geometry(json, info);
     put_axes(json, options);
-    put(json, "color_mode", std::string(color_mode(options.format)));
+    json.member("color_mode", std::string(color_mode(options.format)));
     if (is_grey(options.format))
-        put(json, "grey_material", info.materials[grey_index(info, options)].name);
+        json.member("grey_material", info.materials[grey_index(info, options)].name);
     else
-        put(json, "void_color", hex_color({0, 0, 0, 0}));
-    put(json, "support_made_by",
-        std::string(slices_hold_support(info)         ? "slices"
-                    : options.front_end_makes_support ? "front_end"
-                                                      : "nobody"));
+        json.member("void_color", hex_color({0, 0, 0, 0}));
+    json.member("support_made_by", std::string(slices_hold_support(info)         ? "slices"
+                                               : options.front_end_makes_support ? "front_end"
+                                                                                 : "nobody"));
     put_materials(json, info, totals, bitmaps);
-    put(json, "voxels_solid", totals.voxels_solid);
+    json.member("voxels_solid", totals.voxels_solid);
     put_provenance(json, info);
     put_changes(json, totals);
-    put(json, "hash", fmt::format("{:016x}", totals.hash));
+    json.member("hash", fmt::format("{:016x}", totals.hash));
     put_digests(json, info, options, digests);
-    json.EndObject();
-    return text_of(buffer);
+    json.end_object();
+    return json.take() + "\n";
 }
 
 std::string array_json(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,
                        int32_t slices_written, std::optional<uint64_t> fractions_hash) {
-    rapidjson::StringBuffer buffer;
-    Json json(buffer);
-    json.SetIndent(' ', 2);
-    json.StartObject();
-    put(json, "format", std::string("openfab-array"));
-    put(json, "version", int64_t{1});
-    put(json, "complete", totals.complete);
-    put(json, "title", info.title);
-    put(json, "printer", info.printer);
+    JsonText json(JsonText::Layout::kIndented);
+    json.begin_object();
+    json.member("format", "openfab-array");
+    json.member("version", int64_t{1});
+    json.member("complete", totals.complete);
+    json.member("title", info.title);
+    json.member("printer", info.printer);
     put_sizes(json, "shape_zyx", {slices_written, info.size.y, info.size.x});
-    put(json, "first_slice_z", int64_t{info.slice_begin});
+    json.member("first_slice_z", int64_t{info.slice_begin});
     put_missing(json, info);
     put_geometry(json, info);
     put_materials(json, info, totals, false);
-    put(json, "voxels_solid", totals.voxels_solid);
+    json.member("voxels_solid", totals.voxels_solid);
     put_provenance(json, info);
     put_changes(json, totals);
-    put(json, "hash", fmt::format("{:016x}", totals.hash));
-    if (fractions_hash) put(json, "fractions_hash", fmt::format("{:016x}", *fractions_hash));
-    json.EndObject();
-    return text_of(buffer);
+    json.member("hash", fmt::format("{:016x}", totals.hash));
+    if (fractions_hash) json.member("fractions_hash", fmt::format("{:016x}", *fractions_hash));
+    json.end_object();
+    return json.take() + "\n";
 }
 
 namespace {
@@ -300,52 +258,47 @@ bool is_of_the_end(const std::string& name) {
 }
 
 /// Writes a value without what is only known at the end.
-void write_beginning(const rapidjson::Value& value,
-                     rapidjson::Writer<rapidjson::StringBuffer>* writer) {
-    if (value.IsObject()) {
-        writer->StartObject();
-        for (const auto& [name, member] : value.GetObject()) {
-            if (is_of_the_end(name.GetString())) continue;
-            name.Accept(*writer);
-            write_beginning(member, writer);
+void write_beginning(const JsonValue& value, JsonText* json) {
+    if (value.is(JsonValue::Kind::kObject)) {
+        json->begin_object();
+        for (const JsonMember& member : value.members) {
+            if (is_of_the_end(member.key)) continue;
+            json->key(member.key);
+            write_beginning(member.value, json);
         }
-        writer->EndObject();
-    } else if (value.IsArray()) {
-        writer->StartArray();
-        for (const rapidjson::Value& item : value.GetArray())
-            write_beginning(item, writer);
-        writer->EndArray();
+        json->end_object();
+    } else if (value.is(JsonValue::Kind::kArray)) {
+        json->begin_array();
+        for (const JsonValue& item : value.items)
+            write_beginning(item, json);
+        json->end_array();
     } else {
-        value.Accept(*writer);
+        json->value(value);
     }
 }
 
-std::string text_of(const rapidjson::Value& value) {
-    if (value.IsString()) return {value.GetString(), value.GetStringLength()};
-    rapidjson::StringBuffer buffer;
-    rapidjson::Writer<rapidjson::StringBuffer> writer(buffer);
-    value.Accept(writer);
-    return {buffer.GetString(), buffer.GetSize()};
+std::string text_of(const JsonValue& value) {
+    return value.is(JsonValue::Kind::kString) ? value.text : JsonText().value(value).take();
 }
 
-std::string difference(const rapidjson::Value& there, const rapidjson::Value& here,
-                       const std::string& name) {
-    if (here.IsObject() && there.IsObject()) {
-        for (const auto& member : here.GetObject()) {
-            const std::string key = member.name.GetString();
-            if (is_of_the_end(key)) continue;
-            const auto other = there.FindMember(member.name);
-            if (other == there.MemberEnd()) return fmt::format(messages::kManifestLacks, key);
-            std::string found = difference(other->value, member.value, key);
-            if (!found.empty()) return found;
+std::string difference(const JsonValue& there, const JsonValue& here, const std::string& name) {
+    if (here.is(JsonValue::Kind::kObject) && there.is(JsonValue::Kind::kObject)) {
+        for (const JsonMember& member : here.members) {
+            if (is_of_the_end(member.key)) continue;
+            const JsonValue* const other = member_of(there, member.key);
+            if (other == nullptr) return fmt::format(messages::kManifestLacks, member.key);
+            std::string differs = difference(*other, member.value, member.key);
+            if (!differs.empty()) return differs;
         }
         return {};
     }
-    const bool objects = here.IsArray() && !here.Empty() && here[0].IsObject();
-    if (objects && there.IsArray() && there.Size() == here.Size()) {
-        for (rapidjson::SizeType i = 0; i < here.Size(); ++i) {
-            std::string found = difference(there[i], here[i], fmt::format("{} {}", name, i + 1));
-            if (!found.empty()) return found;
+    const std::vector<JsonValue>& items = here.items;
+    const bool objects = !items.empty() && items[0].is(JsonValue::Kind::kObject);
+    if (objects && there.items.size() == items.size()) {
+        for (size_t i = 0; i < items.size(); ++i) {
+            std::string differs =
+                difference(there.items[i], items[i], fmt::format("{} {}", name, i + 1));
+            if (!differs.empty()) return differs;
         }
         return {};
     }
@@ -355,40 +308,39 @@ std::string difference(const rapidjson::Value& there, const rapidjson::Value& he
 
 }  // namespace
 
+std::optional<JsonValue> parse_manifest(std::string_view text) {
+    Result<JsonValue> root =
+        parse_json(text, "manifest.json", std::numeric_limits<int64_t>::max(), kMostManifestValues);
+    if (!root || !root->is(JsonValue::Kind::kObject)) return {};
+    return std::move(*root);
+}
+
 bool manifest_is_complete(const std::string& text) {
-    rapidjson::Document manifest;
-    manifest.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
-    if (manifest.HasParseError() || !manifest.IsObject()) return false;
-    return manifest.HasMember("complete") && manifest["complete"].IsTrue();
+    const std::optional<JsonValue> manifest = parse_manifest(text);
+    const JsonValue* const complete = manifest ? member_of(*manifest, "complete") : nullptr;
+    return complete != nullptr && complete->boolean;
 }
 
 std::string manifest_hash(const std::string& text) {
-    rapidjson::Document manifest;
-    manifest.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
-    if (manifest.HasParseError() || !manifest.IsObject()) return {};
-    const auto hash = manifest.FindMember("hash");
-    const bool known = hash != manifest.MemberEnd() && hash->value.IsString();
-    return known ? hash->value.GetString() : std::string();
+    const std::optional<JsonValue> manifest = parse_manifest(text);
+    const JsonValue* const hash = manifest ? member_of(*manifest, "hash") : nullptr;
+    return hash != nullptr ? hash->text : std::string();
 }
 
 std::optional<Sha256Digest> print_identity(const std::string& manifest) {
-    rapidjson::Document root;
-    root.Parse<rapidjson::kParseIterativeFlag>(manifest.data(), manifest.size());
-    if (root.HasParseError() || !root.IsObject()) return {};
-    rapidjson::StringBuffer buffer;
-    rapidjson::Writer<rapidjson::StringBuffer> writer(buffer);
-    write_beginning(root, &writer);
-    return sha256(std::string_view(buffer.GetString(), buffer.GetSize()));
+    const std::optional<JsonValue> root = parse_manifest(manifest);
+    if (!root) return {};
+    JsonText beginning;
+    write_beginning(*root, &beginning);
+    return sha256(beginning.text());
 }
 
 std::string manifest_difference(const std::string& text, const pipeline::PrintInfo& info,
                                 const FolderOptions& options) {
-    rapidjson::Document there, here;
-    there.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
-    if (there.HasParseError() || !there.IsObject()) return messages::kManifestDamaged;
-    const std::string expected = manifest_json(info, {}, 0, options);
-    here.Parse(expected.data(), expected.size());
-    return difference(there, here, "manifest");
+    const std::optional<JsonValue> there = parse_manifest(text);
+    if (!there) return messages::kManifestDamaged;
+    const std::optional<JsonValue> here = parse_manifest(manifest_json(info, {}, 0, options));
+    return difference(*there, *here, "manifest");
 }
 
 std::string handoff_text(const pipeline::PrintInfo& info, const pipeline::PrintTotals& totals,

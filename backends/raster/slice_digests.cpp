@@ -3,7 +3,8 @@
 #include "backends/raster/slice_digests.h"
 
 #include <fmt/format.h>
-#include <rapidjson/document.h>
+
+#include "base/json_text.h"
 
 namespace openfab::raster {
 
@@ -48,15 +49,12 @@ namespace {
 
 Digests digests_under(const char* key, const std::string& manifest) {
     Digests digests;
-    rapidjson::Document root;
-    root.Parse<rapidjson::kParseIterativeFlag>(manifest.data(), manifest.size());
-    if (root.HasParseError() || !root.IsObject()) return digests;
-    const auto found = root.FindMember(key);
-    if (found == root.MemberEnd() || !found->value.IsObject()) return digests;
-    for (const auto& [name, value] : found->value.GetObject()) {
+    const std::optional<JsonValue> root = parse_manifest(manifest);
+    const JsonValue* const files = root ? member_of(*root, key) : nullptr;
+    if (files == nullptr) return digests;
+    for (const JsonMember& file : files->members) {
         Sha256Digest digest{};
-        if (value.IsString() && parse_hex({value.GetString(), value.GetStringLength()}, &digest))
-            digests[name.GetString()] = digest;
+        if (parse_hex(file.value.text, &digest)) digests[file.key] = digest;
     }
     return digests;
 }

@@ -16,6 +16,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/json.h"
 #include "base/result.h"
 #include "base/sha256.h"
 #include "runtime/pipeline/slice_sink.h"
@@ -27,9 +28,14 @@ constexpr const char* kDigestsSoFar = "SHA256SUMS.part";
 
 /// Largest manifest and list of digests that are read.
 constexpr int64_t kMostManifestBytes = int64_t{256} << 20;
+/// Each file of a slice has a digest and a seal.
+constexpr size_t kMostManifestValues = 10'000'000;
 
 /// By the file's name.
 using Digests = std::map<std::string, Sha256Digest, std::less<>>;
+
+/// Parses a manifest; none where it is damaged.
+std::optional<JsonValue> parse_manifest(std::string_view text);
 
 /// Returns the identity of the print whose manifest is `manifest`: the digest of all that its first manifest
 /// has, too, which is what the print is made of. The same while it runs and at its end; none where the

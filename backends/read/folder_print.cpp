@@ -113,7 +113,8 @@ Result<JsonValue> FolderPrint::read_manifest() const {
     const std::string name = path_ + "/manifest.json";
     const Result<std::string> text = read_text_file(name, kMostManifest);
     if (!text) return with_context(text.error(), messages::kNoFolderOfSlices);
-    return parse_json(*text, name);
+    return parse_json(*text, name, std::numeric_limits<int64_t>::max(),
+                      raster::kMostManifestValues);
 }
 
 Result<void> FolderPrint::take_manifest(const JsonValue& manifest) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <numeric>
 #include <optional>
 #include <unordered_map>
@@ -23,7 +24,6 @@ namespace {
 using Kind = JsonValue::Kind;
 
 constexpr size_t kDeepest = 32;
-constexpr size_t kMostValues = 1'000'000;
 
 /// Converts ascending byte offsets to lines and columns.
 class Positions {
@@ -60,11 +60,13 @@ void append_utf8(uint32_t code, std::string* into) {
 /// Reads a tree by recursive descent.
 class TreeReader {
   public:
-    TreeReader(std::string_view text, const std::string& name, int64_t memory_bytes)
+    TreeReader(std::string_view text, const std::string& name, int64_t memory_bytes,
+               size_t most_values)
         : text_(text),
           name_(name),
           positions_(text),
-          memory_left_(memory_bytes - static_cast<int64_t>(text.size())) {}
+          memory_left_(memory_bytes - static_cast<int64_t>(text.size())),
+          most_values_(most_values) {}
 
     Result<JsonValue> read() {
         JsonValue root;
@@ -144,9 +146,9 @@ class TreeReader {
     bool begin(JsonValue* value, Kind kind) {
         value->kind = kind;
         positions_.find(at_, &value->line, &value->column);
-        if (++values_ > kMostValues) {
+        if (++values_ > most_values_) {
             return fail(value->line, value->column,
-                        fmt::format(messages::kTooManyValues, kMostValues), {});
+                        fmt::format(messages::kTooManyValues, most_values_), {});
         }
         // Vectors double their capacity, and old and new coexist while they grow.
         return take_memory(*value, 3 * sizeof(JsonMember));
@@ -179,6 +181,7 @@ class TreeReader {
             return fail(at_, fmt::format(messages::kNumberTooLarge, shown, cut),
                         messages::kLargestNumber);
         }
+        value->is_whole = number.find_first_of(".eE") == std::string_view::npos;
         at_ = end;
         return true;
     }
@@ -305,6 +308,7 @@ class TreeReader {
     const std::string& name_;
     Positions positions_;
     int64_t memory_left_;
+    const size_t most_values_;
     size_t at_ = 0;
     size_t values_ = 0;
     size_t depth_ = 0;
@@ -312,6 +316,12 @@ class TreeReader {
 };
 
 }  // namespace
+
+std::optional<int64_t> JsonValue::whole() const {
+    constexpr double kExact = 9e15;
+    if (!is_whole || std::abs(number) > kExact) return {};
+    return static_cast<int64_t>(number);
+}
 
 const char* JsonValue::kind_name() const {
     switch (kind) {
@@ -362,7 +372,8 @@ int64_t json_bytes(const JsonValue& value) {
     return bytes;
 }
 
-Result<JsonValue> parse_json(std::string_view text, const std::string& name, int64_t memory_bytes) {
+Result<JsonValue> parse_json(std::string_view text, const std::string& name, int64_t memory_bytes,
+                             size_t most_values) {
     if (const Complaint wide = not_utf8(text); !wide.empty()) return wide.at({name, 1, 1});
     if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
     if (const size_t nul = text.find('\0'); nul != std::string_view::npos) {
@@ -371,7 +382,7 @@ Result<JsonValue> parse_json(std::string_view text, const std::string& name, int
         Positions(text).find(nul, &line, &column);
         return error_at({name, line, column}, messages::kZeroByte, messages::kZeroByteHelp);
     }
-    return TreeReader(text, name, memory_bytes).read();
+    return TreeReader(text, name, memory_bytes, most_values).read();
 }
 
 Result<std::string> read_text_file(const std::filesystem::path& file, size_t limit,

@@ -4,12 +4,10 @@
 
 // JSON that programs write: an API's answers, reports for people and programs.
 
-#include <rapidjson/prettywriter.h>
-#include <rapidjson/stringbuffer.h>
-
-#include <optional>
+#include <limits>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/json.h"
 
@@ -23,16 +21,19 @@ class JsonText {
         kIndented,      ///< a line for each item
         kIndentedLists  ///< likewise, but lists are on one line
     };
-    explicit JsonText(Layout layout = Layout::kCompact);
+    explicit JsonText(Layout layout = Layout::kCompact) : layout_(layout) {}
 
     JsonText& begin_object();
     JsonText& end_object();
     JsonText& begin_array();
+    /// Begins an array that is on one line in any layout.
+    JsonText& begin_list();
     JsonText& end_array();
     JsonText& key(std::string_view name);
     JsonText& value(std::string_view text);
     JsonText& value(const char* text) { return value(std::string_view(text)); }
     JsonText& value(const std::string& text) { return value(std::string_view(text)); }
+    /// Writes the shortest number that reads back alike: 3 for 3.0, null for what is not finite.
     JsonText& value(double number);
     JsonText& value(int64_t number);
     JsonText& value(int32_t number) { return value(int64_t{number}); }
@@ -40,22 +41,29 @@ class JsonText {
     JsonText& null();
     /// Writes a value that was read, with numbers to the last bit.
     JsonText& value(const JsonValue& read);
+    /// Writes a number with a fraction, 3.0 for 3, which is cut after so many decimals.
+    JsonText& fraction(double number, int most_decimals = std::numeric_limits<int>::max());
     template <typename T>
     JsonText& member(std::string_view name, const T& what) {
         return key(name).value(what);
     }
-    std::string take() const { return {buffer_.GetString(), buffer_.GetSize()}; }
+    const std::string& text() const { return text_; }
+    std::string take() { return std::move(text_); }
 
   private:
-    template <typename Write>
-    JsonText& put(const Write& write) {
-        indented_ ? write(*indented_) : write(compact_);
-        return *this;
-    }
+    struct Level {
+        bool is_object = false, one_line = false;
+        size_t count = 0;  ///< of values, keys among them
+    };
+    void begin(char mark, Level level);
+    JsonText& end(char mark);
+    void separate();
+    void break_line();
+    JsonText& put(std::string_view token);
 
-    rapidjson::StringBuffer buffer_;
-    rapidjson::Writer<rapidjson::StringBuffer> compact_{buffer_};
-    std::optional<rapidjson::PrettyWriter<rapidjson::StringBuffer>> indented_;
+    Layout layout_;
+    std::string text_;
+    std::vector<Level> levels_;
 };
 
 /// Returns text as JSON has it, in quotes.

@@ -4,7 +4,6 @@
 // `openfab archive --reprint JOB.zip -o OUT`: makes an archived print again, and says what differs.
 
 #include <fmt/format.h>
-#include <rapidjson/document.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -16,6 +15,7 @@
 
 #include "backends/formats/formats.h"
 #include "backends/ofr/ofr_reader.h"
+#include "backends/raster/folder_sink.h"
 #include "backends/raster/slice_digests.h"
 #include "base/clean_exit.h"
 #include "base/exit_kind.h"
@@ -251,12 +251,9 @@ Result<std::string> hash_of_print(const std::string& output) {
     if (!opened) return with_context(opened.error(), file.string() + ": ");
     const Result<std::string> text = opened->read_all(raster::kMostManifestBytes);
     if (!text) return with_context(text.error(), file.string() + ": ");
-    rapidjson::Document manifest;
-    manifest.Parse<rapidjson::kParseIterativeFlag>(text->c_str());
-    const bool has = !manifest.HasParseError() && manifest.IsObject() &&
-                     manifest.HasMember("hash") && manifest["hash"].IsString();
-    if (!has) return user_error(fmt::format(messages::kFolderDamaged, file.string()));
-    return std::string(manifest["hash"].GetString());
+    std::string hash = raster::manifest_hash(*text);
+    if (hash.empty()) return user_error(fmt::format(messages::kFolderDamaged, file.string()));
+    return hash;
 }
 
 Result<void> reprint_archive(const ArchiveArguments& arguments) {

@@ -4,7 +4,6 @@
 // `openfab info FILE`: describes a print, a folder of slices, a world, a mesh, a picture or a volume.
 
 #include <fmt/format.h>
-#include <rapidjson/document.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -155,21 +154,21 @@ std::optional<std::string> read_manifest(const fs::path& file) {
 }
 
 /// Formats a value of any kind, if present.
-std::string text_of(const rapidjson::Value& object, const char* name) {
-    const auto member = object.FindMember(name);
-    if (member == object.MemberEnd()) return "?";
-    const rapidjson::Value& value = member->value;
-    if (value.IsString()) return value.GetString();
-    if (value.IsBool()) return value.GetBool() ? "yes" : "no";
-    if (value.IsInt64()) return fmt::format("{}", value.GetInt64());
-    if (value.IsNumber()) return fmt::format("{:.6g}", value.GetDouble());
-    if (!value.IsArray()) return "?";
+std::string text_of(const JsonValue& object, std::string_view name) {
+    using Kind = JsonValue::Kind;
+    const JsonValue* const value = member_of(object, name);
+    if (value == nullptr) return "?";
+    if (value->is(Kind::kString)) return value->text;
+    if (value->is(Kind::kBool)) return value->boolean ? "yes" : "no";
+    if (const std::optional<int64_t> whole = value->whole()) return fmt::format("{}", *whole);
+    if (value->is(Kind::kNumber)) return fmt::format("{:.6g}", value->number);
+    if (!value->is(Kind::kArray)) return "?";
     std::string text;
-    for (const rapidjson::Value& item : value.GetArray()) {
-        if (item.IsString())
-            text += (text.empty() ? "" : " ") + std::string(item.GetString());
-        else if (item.IsNumber())
-            text += (text.empty() ? "" : " x ") + fmt::format("{:.6g}", item.GetDouble());
+    for (const JsonValue& item : value->items) {
+        if (item.is(Kind::kString))
+            text += (text.empty() ? "" : " ") + item.text;
+        else if (item.is(Kind::kNumber))
+            text += (text.empty() ? "" : " x ") + fmt::format("{:.6g}", item.number);
         else
             return "?";
     }
@@ -188,24 +187,22 @@ int64_t count_slice_files(const fs::path& folder) {
 }
 
 /// Returns the hash of the print that a manifest says to be complete.
-std::optional<uint64_t> hash_of(const rapidjson::Document& manifest) {
-    const auto found = manifest.FindMember("hash");
-    if (found == manifest.MemberEnd() || !found->value.IsString()) return {};
-    return std::strtoull(found->value.GetString(), nullptr, 16);
+std::optional<uint64_t> hash_of(const JsonValue& manifest) {
+    const JsonValue* const hash = member_of(manifest, "hash");
+    if (hash == nullptr || !hash->is(JsonValue::Kind::kString)) return {};
+    return std::strtoull(hash->text.c_str(), nullptr, 16);
 }
 
 Result<void> info_of_folder(const fs::path& folder) {
     const fs::path file = folder / "manifest.json";
     const std::optional<std::string> text = read_manifest(file);
     if (!text) return user_error(fmt::format(messages::kNotAFolderOfSlices, folder.string()));
-    rapidjson::Document manifest;
-    manifest.Parse<rapidjson::kParseIterativeFlag>(text->c_str());
-    if (manifest.HasParseError() || !manifest.IsObject()) {
-        return user_error(fmt::format(messages::kFolderDamaged, file.string()));
-    }
+    const std::optional<JsonValue> parsed = raster::parse_manifest(*text);
+    if (!parsed) return user_error(fmt::format(messages::kFolderDamaged, file.string()));
+    const JsonValue& manifest = *parsed;
     // Of a print that was cut short its manifest, which was written at its start, knows no slices.
-    const auto whole = manifest.FindMember("complete");
-    if (whole != manifest.MemberEnd() && whole->value.IsBool() && !whole->value.GetBool()) {
+    const JsonValue* const whole = member_of(manifest, "complete");
+    if (whole != nullptr && whole->is(JsonValue::Kind::kBool) && !whole->boolean) {
         for (const char* name : {"title", "printer", "slices_planned", "pixels", "dpi", "layer_um"})
             show(fmt::format("{:<16} {}\n", name, printable(text_of(manifest, name))));
         show(fmt::format(messages::kFolderIncomplete, count_slice_files(folder)));
@@ -223,14 +220,14 @@ Result<void> info_of_folder(const fs::path& folder) {
         }
         const bool of_parts = std::string_view(name).starts_with("slices_of") ||
                               std::string_view(name).starts_with("slices_else");
-        if (of_parts && !manifest.HasMember(name)) continue;
+        if (of_parts && member_of(manifest, name) == nullptr) continue;
         show(fmt::format("{:<16} {}\n", name, printable(text_of(manifest, name))));
     }
     show_story(folder, hash_of(manifest), 17);
-    const auto materials = manifest.FindMember("materials");
-    if (materials == manifest.MemberEnd() || !materials->value.IsArray()) return {};
-    for (const rapidjson::Value& material : materials->value.GetArray()) {
-        if (!material.IsObject()) continue;
+    const JsonValue* const materials = member_of(manifest, "materials");
+    if (materials == nullptr) return {};
+    for (const JsonValue& material : materials->items) {
+        if (!material.is(JsonValue::Kind::kObject)) continue;
         show(fmt::format("material         {} {}, {} ml, {} g\n",
                          printable(text_of(material, "color")),
                          printable(text_of(material, "name")), printable(text_of(material, "ml")),

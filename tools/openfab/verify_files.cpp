@@ -35,20 +35,19 @@ namespace fs = std::filesystem;
 
 constexpr const char* kManifest = "manifest.json";
 
-int64_t number_of(const rapidjson::Value& object, const char* name) {
-    const auto member = object.FindMember(name);
-    return member != object.MemberEnd() && member->value.IsInt64() ? member->value.GetInt64() : 0;
+int64_t number_of(const JsonValue& object, std::string_view name) {
+    const JsonValue* const value = member_of(object, name);
+    return value != nullptr ? value->whole().value_or(0) : 0;
 }
 
-std::string text_of(const rapidjson::Value& object, const char* name) {
-    const auto member = object.FindMember(name);
-    return member != object.MemberEnd() && member->value.IsString() ? member->value.GetString()
-                                                                    : std::string();
+std::string text_of(const JsonValue& object, std::string_view name) {
+    const JsonValue* const value = member_of(object, name);
+    return value != nullptr ? value->text : std::string();
 }
 
-bool is_true(const rapidjson::Value& object, const char* name) {
-    const auto member = object.FindMember(name);
-    return member != object.MemberEnd() && member->value.IsTrue();
+bool is_true(const JsonValue& object, std::string_view name) {
+    const JsonValue* const value = member_of(object, name);
+    return value != nullptr && value->boolean;
 }
 
 Result<std::string> read_file(const fs::path& path, int64_t most) {
@@ -58,14 +57,12 @@ Result<std::string> read_file(const fs::path& path, int64_t most) {
     return file->read_all(most);
 }
 
-Result<rapidjson::Document> read_note(const fs::path& path) {
+Result<JsonValue> read_note(const fs::path& path) {
     const Result<std::string> text = read_file(path, raster::kMostManifestBytes);
     if (!text) return text.error();
-    rapidjson::Document root;
-    root.Parse<rapidjson::kParseIterativeFlag>(text->data(), text->size());
-    if (root.HasParseError() || !root.IsObject())
-        return user_error(fmt::format(messages::kFolderDamaged, path.string()));
-    return root;
+    std::optional<JsonValue> root = raster::parse_manifest(*text);
+    if (!root) return user_error(fmt::format(messages::kFolderDamaged, path.string()));
+    return std::move(*root);
 }
 
 /// Digests a file piece by piece; none where it cannot be read.
@@ -84,16 +81,15 @@ std::optional<Sha256Digest> digest_of(const fs::path& path) {
 }
 
 /// The names of a folder's slices, from those of its first file and the numbers in its manifest.
-std::vector<std::string> names_of(const rapidjson::Document& manifest) {
+std::vector<std::string> names_of(const JsonValue& manifest) {
     pipeline::PrintInfo info;
     raster::FolderOptions options;
     const std::string first = text_of(manifest, "first_file");
     const std::string mode = text_of(manifest, "color_mode");
     if (mode == "bitmaps") options.format = raster::SliceFormat::kBitmaps;
     if (first.ends_with(".tif")) options.format = raster::SliceFormat::kTiff8;
-    const auto materials = manifest.FindMember("materials");
-    if (materials != manifest.MemberEnd() && materials->value.IsArray())
-        info.materials.resize(materials->value.Size());
+    if (const JsonValue* const materials = member_of(manifest, "materials"))
+        info.materials.resize(materials->items.size());
     // A name has as many digits as the number of slices in the whole grid.
     const size_t digits = first.find_first_not_of("0123456789", 6);
     if (digits == std::string::npos || digits < 7 || digits > 6 + 9) return {};
@@ -182,7 +178,7 @@ Result<uint64_t> hash_of_folder(const prints::PrintFile& print) {
 
 }  // namespace
 
-FolderFiles look_for_files(const fs::path& folder, const rapidjson::Document& manifest) {
+FolderFiles look_for_files(const fs::path& folder, const JsonValue& manifest) {
     FolderFiles files;
     files.names = names_of(manifest);
     for (const std::string& name : files.names) {
@@ -198,7 +194,7 @@ Result<void> verify_folder(const fs::path& folder, int64_t memory_bytes) {
         return user_error(fmt::format(messages::kNotAFolderOfSlices, folder.string()));
     const Result<std::string> text = read_file(folder / kManifest, raster::kMostManifestBytes);
     if (!text) return text.error();
-    const Result<rapidjson::Document> manifest = read_note(folder / kManifest);
+    const Result<JsonValue> manifest = read_note(folder / kManifest);
     if (!manifest) return manifest.error();
     if (!is_true(*manifest, "complete"))
         return user_error(fmt::format(messages::kFolderNotFinished, folder.string()));
@@ -247,7 +243,7 @@ namespace {
 /// An .npy file and what the text beside it says.
 struct ArrayFile {
     InputFile file;
-    rapidjson::Document note;
+    JsonValue note;
     std::vector<int64_t> shape;
     bool fractions = false;
     int64_t value_bytes = 1;
@@ -266,18 +262,18 @@ Result<ArrayFile> open_array(const std::string& name) {
     std::error_code ignored;
     if (!fs::exists(beside, ignored))
         return user_error(fmt::format(messages::kArrayWithoutNote, name, beside));
-    Result<rapidjson::Document> note = read_note(beside);
+    Result<JsonValue> note = read_note(beside);
     if (!note) return note.error();
     ArrayFile array{std::move(*file), std::move(*note), {}};
     if (!is_true(array.note, "complete")) return array_error(name, messages::kArrayNotFinished);
-    const auto shape = array.note.FindMember("shape_zyx");
-    const auto materials = array.note.FindMember("materials");
-    if (shape == array.note.MemberEnd() || !shape->value.IsArray() || shape->value.Size() != 3 ||
-        materials == array.note.MemberEnd() || !materials->value.IsArray())
+    const JsonValue* const shape = member_of(array.note, "shape_zyx");
+    const JsonValue* const materials = member_of(array.note, "materials");
+    if (shape == nullptr || shape->items.size() != 3 || materials == nullptr ||
+        !materials->is(JsonValue::Kind::kArray))
         return user_error(fmt::format(messages::kFolderDamaged, beside));
-    for (const rapidjson::Value& size : shape->value.GetArray())
-        array.shape.push_back(size.IsInt64() ? size.GetInt64() : 0);
-    array.materials = materials->value.Size();
+    for (const JsonValue& size : shape->items)
+        array.shape.push_back(size.whole().value_or(0));
+    array.materials = materials->items.size();
     std::vector<uint8_t> header(raster::kNpyHeaderBytes);
     const Result<size_t> read = array.file.read(0, header.data(), header.size());
     if (!read) return read.error();

@@ -4,12 +4,11 @@
 
 // Checks outputs of a print that are not .ofr files against what the print recorded of them.
 
-#include <rapidjson/document.h>
-
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
 #include "base/result.h"
 
 namespace openfab::tools {
@@ -19,8 +18,7 @@ struct FolderFiles {
     std::vector<std::string> names;    ///< slice by slice
     std::vector<std::string> missing;  ///< those of them that are not there
 };
-FolderFiles look_for_files(const std::filesystem::path& folder,
-                           const rapidjson::Document& manifest);
+FolderFiles look_for_files(const std::filesystem::path& folder, const JsonValue& manifest);
 
 /// Checks the files of a folder of slices by their digests, and its voxels by their hash. `memory_bytes`:
 /// what may be taken.

@@ -537,5 +537,20 @@ TEST_F(SliceFolder, NamesHaveFixedDigits) {
         EXPECT_FALSE(raster::is_slice_name(other)) << other;
 }
 
+/// Two a file: more than JSON of other kinds may have.
+TEST(FolderSink, ManifestsHaveDigestsOfVeryManyFiles) {
+    constexpr int kFiles = 600'000;
+    std::string text = "{";
+    for (const char* key : {"sha256", "seals"}) {
+        text += fmt::format("\"{}\": {{", key);
+        for (int i = 0; i < kFiles; ++i)
+            text += fmt::format("{}\"{}\": \"{:064x}\"", i == 0 ? "" : ",", i, i);
+        text += "},";
+    }
+    text += "\"complete\": true}";
+    EXPECT_TRUE(manifest_is_complete(text));
+    EXPECT_EQ(manifest_seals(text).size(), size_t{kFiles});
+}
+
 }  // namespace
 }  // namespace openfab::testing

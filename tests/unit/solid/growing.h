@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <memory>
@@ -72,7 +73,7 @@ inline Node bush(const Node& parent, int32_t child, int32_t level, uint32_t path
 }
 
 /// Counts calls of rules.
-inline int64_t nodes_made = 0;
+inline std::atomic<int64_t> nodes_made = 0;
 
 /// Runs a rule as a kernel: 13 components of the parent, child, level, path; 13 of the node.
 template <Rule kRule>
