@@ -1,12 +1,15 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <sstream>
 #include <string>
 
 #include "base/own_folder.h"
@@ -45,6 +48,21 @@ std::optional<std::vector<std::string>> read_link_line(std::string* fault) {
                                                : line);
     }
     return out;
+}
+
+/// The option by which a compiler driver links with a quicker linker than its usual one, which is most of a small
+/// fablet's build and takes twice the time of gold; empty where none is on the PATH.
+std::string quick_linker() {
+    const char* const path = std::getenv("PATH");
+    std::istringstream folders(path != nullptr ? path : "");
+    for (std::string folder; std::getline(folders, folder, ':');) {
+        if (!folder.starts_with('/')) continue;
+        for (const std::string name : {"mold", "gold"}) {
+            if (access(fmt::format("{}/ld.{}", folder, name).c_str(), X_OK) == 0)
+                return "-fuse-ld=" + name;
+        }
+    }
+    return "";
 }
 
 class Build {
@@ -102,12 +120,20 @@ class Build {
             TemporaryFolder::create(output.parent_path());
         if (!beside) return not_linked(beside.error().text());
         const std::string unfinished = ((*beside)->path() / "program").string();
-        std::vector<std::string> command = {options_.linker, "-o", unfinished};
+        const bool usual = options_.linker.empty();
+        std::vector<std::string> command = {usual ? "c++" : options_.linker, "-o", unfinished};
         for (const fs::path& object : objects.objects)
             command.push_back(object.string());
         command.insert(command.end(), link_line.begin(), link_line.end());
         command.insert(command.end(), {"-Wl,--gc-sections", "-Wl,--strip-debug"});
-        const std::string trouble = lower::run_tool(command, (*beside)->path());
+        std::string trouble = "none";
+        if (const std::string quick = quick_linker(); usual && !quick.empty()) {
+            command.push_back(quick);
+            trouble = lower::run_tool(command, (*beside)->path());
+            command.pop_back();
+        }
+        // What the quick one refuses the usual one may take.
+        if (!trouble.empty()) trouble = lower::run_tool(command, (*beside)->path());
         if (!trouble.empty()) return not_linked(trouble);
         fs::rename(unfinished, options_.output, error);
         if (error) return not_linked(error.message());

@@ -186,8 +186,9 @@ void add_build(CLI::App& app, const CommonOptions& common, Action* action) {
         ->check(CLI::IsMember(targets))
         ->capture_default_str();
     command->add_option("--cc", options->compiler, "C compiler")->capture_default_str();
-    command->add_option("--linker", options->linker, "C++ compiler driver that links")
-        ->capture_default_str();
+    command->add_option(
+        "--linker", options->linker,
+        "C++ compiler driver that links (default: c++, by mold or gold where there is one)");
     add_compilation_options(command, &options->compilation);
     command->callback([options, &common, action] {
         *action = [options, &common] { return build(*options, common); };

@@ -51,7 +51,7 @@ struct BuildOptions {
     CompilationOptions compilation;
     std::string output;
     std::string compiler = "cc";
-    std::string linker = "c++";
+    std::string linker;  ///< empty: `c++`, with the quickest linker that it has
 };
 
 struct RunOptions {

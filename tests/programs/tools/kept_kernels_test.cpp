@@ -232,5 +232,20 @@ TEST_F(KeptKernels, AProgramForAnotherMachineSaysSo) {
     EXPECT_FALSE(fs::exists(path("a.ofr")));
 }
 
+TEST_F(KeptKernels, WhatAQuickLinkerRefusesTheUsualOneLinks) {
+    // First on the PATH, and of no use.
+    fs::create_directory(path("bin"));
+    scratch_.write("bin/ld.mold", "#!/bin/sh\ntouch \"" + path("asked") + "\"\nexit 1\n");
+    fs::permissions(path("bin/ld.mold"), fs::perms::owner_exec, fs::perm_options::add);
+    const Outcome built = run(
+        {program("openflc"), "build", "--target", "sse41", path("wavy.fl"), "-o", path("program")},
+        {{{"OPENFAB_CACHE", path("cache")}, {"PATH", path("bin") + ":" + std::getenv("PATH")}},
+         {},
+         {}});
+    EXPECT_EQ(built.exit_code, 0) << built.err;
+    EXPECT_TRUE(fs::exists(path("asked")));
+    EXPECT_EQ(run({path("program"), path("world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
+}
+
 }  // namespace
 }  // namespace openfab::testing
