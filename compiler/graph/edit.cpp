@@ -86,6 +86,7 @@ Result<void> Editor::apply() {
         {"disconnect", true, &Editor::disconnect},
         {"insert", true, &Editor::insert},
         {"add", true, &Editor::add},
+        {"paste", true, &Editor::paste},
         {"delete", true, &Editor::remove},
         {"name", true, &Editor::name},
         {"group", true, &Editor::group},

@@ -23,6 +23,7 @@ namespace openfab::graph {
 ///   disconnect   tab, node, port: what was there becomes a node of its own, the port a value
 ///   insert       tab, node, port, signature: a function on a wire
 ///   add          tab, signature, before (a statement; -1: before the result)
+///   paste        tab, text: statements before the result; what they declare gets other names where it must
 ///   delete       tab, node
 ///   name         tab, node, text: gives a node a name, or another one
 ///   group        tab, nodes, text: makes a function of them

@@ -210,6 +210,15 @@ Result<void> Editor::add() {
     return {};
 }
 
+Result<void> Editor::paste() {
+    const Result<std::string> text = rewrite_.with_fresh_names(action_.text);
+    if (!text) return text.error();
+    const uint32_t at = insertion(-1);
+    const std::string_view all = analysis_.sources().text(server::Analysis::kDocument);
+    rewrite_.insert(at, (at == 0 || all[at - 1] == '\n' ? "" : "\n") + *text + "\n");
+    return {};
+}
+
 Result<void> Editor::remove() {
     const Result<const Node*> found = find_node(action_.node);
     if (!found) return found.error();

@@ -40,6 +40,7 @@ class Editor {
     // edit_nodes.cpp
     Result<void> insert();
     Result<void> add();
+    Result<void> paste();
     Result<void> remove();
     Result<void> name();
     Result<const Entry*> entry();

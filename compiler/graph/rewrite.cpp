@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "compiler/check/builtins.h"
 #include "compiler/format/format.h"
@@ -88,6 +89,23 @@ bool is_operand(const std::string& text) {
     return fine;
 }
 
+namespace {
+
+/// Returns what is wrong with brackets, or an empty text.
+std::string why_no_brackets(const std::vector<syntax::Token>& tokens) {
+    std::vector<char> open;
+    for (const syntax::Token& t : tokens) {
+        if (opens(t)) open.push_back(t.text[0]);
+        if (!closes(t)) continue;
+        const char wanted = t.is(")") ? '(' : t.is("]") ? '[' : '{';
+        if (open.empty() || open.back() != wanted) return "the brackets do not match";
+        open.pop_back();
+    }
+    return open.empty() ? "" : "the brackets do not match";
+}
+
+}  // namespace
+
 std::string why_no_expression(const std::string& text) {
     source::SourceManager sources;
     bool fine = false;
@@ -96,16 +114,9 @@ std::string why_no_expression(const std::string& text) {
     if (tokens.size() < 2) return "a value is missing";
     if (text.find("//") != std::string::npos || text.find("/*") != std::string::npos)
         return "a comment belongs in the text";
-    std::vector<char> open;
-    for (const syntax::Token& t : tokens) {
-        if (t.is(";")) return "an expression has no `;`";
-        if (opens(t)) open.push_back(t.text[0]);
-        if (!closes(t)) continue;
-        const char wanted = t.is(")") ? '(' : t.is("]") ? '[' : '{';
-        if (open.empty() || open.back() != wanted) return "the brackets do not match";
-        open.pop_back();
-    }
-    return open.empty() ? "" : "the brackets do not match";
+    const bool ends =
+        std::any_of(tokens.begin(), tokens.end(), [](const syntax::Token& t) { return t.is(";"); });
+    return ends ? "an expression has no `;`" : why_no_brackets(tokens);
 }
 
 bool is_name(const std::string& text) {
@@ -188,6 +199,36 @@ std::string Rewrite::fresh_name(std::string base) {
         name = fmt::format("{}{}", base, n);
     taken_.insert(name);
     return name;
+}
+
+Result<std::string> Rewrite::with_fresh_names(const std::string& statements) {
+    source::SourceManager sources;
+    bool fine = false;
+    const std::vector<syntax::Token> tokens = lexed(&sources, statements, &fine);
+    if (!fine) return user_error("this has characters that OpenFL has not");
+    if (tokens.size() < 2) return user_error("there is nothing to paste");
+    if (const std::string wrong = why_no_brackets(tokens); !wrong.empty()) return user_error(wrong);
+    std::map<std::string, std::string> names;
+    for (size_t i = 0; i + 2 < tokens.size(); ++i) {
+        const bool declares = !check::find_type(tokens[i].text).is_error() &&
+                              tokens[i + 1].kind == syntax::TokenKind::kIdentifier &&
+                              (tokens[i + 2].is("=") || tokens[i + 2].is(";") ||
+                               tokens[i + 2].is("[") || tokens[i + 2].is(","));
+        const std::string name(tokens[i + 1].text);
+        if (declares && !names.contains(name)) names[name] = fresh_name(name);
+    }
+    std::string out;
+    uint32_t at = 0;
+    for (size_t i = 0; i + 1 < tokens.size(); ++i) {
+        const syntax::Token& t = tokens[i];
+        const auto other = names.find(std::string(t.text));
+        // A member has the name of nothing here.
+        const bool member = i > 0 && tokens[i - 1].is(".");
+        if (t.kind != syntax::TokenKind::kIdentifier || other == names.end() || member) continue;
+        out += statements.substr(at, t.span.begin - at) + other->second;
+        at = t.span.end;
+    }
+    return out + statements.substr(at);
 }
 
 void Rewrite::import(const std::string& module) {

@@ -30,6 +30,8 @@ class Rewrite {
     std::string expression(const source::Span& span) const;
     /// Returns a name that nothing in the document has; it is taken from now on.
     std::string fresh_name(std::string base);
+    /// Returns statements with other names for what they declare, where these are taken; an error where brackets do not match.
+    Result<std::string> with_fresh_names(const std::string& statements);
     void import(const std::string& module);
     /// Returns the document with all changes, formatted.
     Result<std::string> made();

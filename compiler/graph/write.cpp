@@ -75,6 +75,12 @@ class Writer {
         out_.key("inputs").begin_array();
         for (const Output& one : tab.inputs)
             out_.begin_object().member("name", one.name).member("type", one.type).end_object();
+        out_.end_array().key("statements").begin_array();
+        for (const Statement& one : tab.statements) {
+            out_.begin_object();
+            place({one.span.file, one.span.begin, std::max(one.span.end, one.tail)});
+            out_.end_object();
+        }
         out_.end_array().key("nodes").begin_array();
         for (size_t i = 0; i < tab.nodes.size(); ++i)
             write_node(tab, i);

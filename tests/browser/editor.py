@@ -103,7 +103,7 @@ def two_windows(browser, options, folder, url, at):
     page.keyboard.press("Control+s")
     at.eventually("all is saved", lambda: (folder / "ball.fl").read_text() == FABLET and page.is_disabled("#save"))
     other = Page(browser, options, size=(1100, 800), allowed="422")
-    other.open(url)
+    other.open(url, text=True)
     questions = []
     page.on("dialog", lambda d: (questions.append(d.message), d.dismiss() if "another program" in d.message and len(questions) == 1 else d.accept()))
     other.page.on("dialog", lambda d: d.accept())
@@ -139,7 +139,7 @@ def main(browser, options):
     (folder / "ball.fab.json").write_text(WORLD)
     with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "8") as url:
         at = Page(browser, options, size=(1600, 1000), allowed="422")
-        at.open(url)
+        at.open(url, text=True)
         type_with_help(at)
         mark_and_hover(at)
         one_history(at, folder)

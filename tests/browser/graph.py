@@ -28,11 +28,11 @@ def middle(page, selector):
 
 def node(page, title):
     """Returns the middle of a node's head."""
-    return middle(page, f"#graph_svg .node:has(.title:text-is('{title}')) .head")
+    return middle(page, f"#graph_svg .node[aria-label='{title}'] .head")
 
 
 def dot(page, title, which):
-    return middle(page, f"#graph_svg .node:has(.title:text-is('{title}')) {which}")
+    return middle(page, f"#graph_svg .node[aria-label='{title}'] {which}")
 
 
 def drag(page, start, end):
@@ -46,7 +46,7 @@ def drag(page, start, end):
 def work_with(browser, options, folder, url):
     at = Page(browser, options, size=(1600, 1000), allowed="422")
     page = at.page
-    at.open(url)
+    at.open(url, text=True)
     page.click("#graph_button")
     page.wait_for_selector("#graph_svg .node")
     at.settle(400)
@@ -105,7 +105,7 @@ def work_with(browser, options, folder, url):
     page.mouse.click(*node(page, "wave = +"))
     page.focus("#graph_svg")
     page.keyboard.press("ArrowRight")
-    check("arrows walk", page.locator("#graph_svg .node.selected").count() == 1 and "wave" not in page.locator("#graph_svg .node.selected .title").text_content())
+    check("arrows walk", page.locator("#graph_svg .node.selected").count() == 1 and "wave" not in page.locator("#graph_svg .node.selected").get_attribute("aria-label"))
     at.shot("graph_end")
     choose_by_keyboard(at)
     group_and_insert(at)
@@ -312,7 +312,7 @@ def textures(browser, options):
         at.eventually("a texture is shown at its uniform", lambda: at.page.evaluate("() => document.querySelector('#uniforms img.thumb')?.naturalWidth") == 4)
         at.page.click("#graph_button")
         at.page.wait_for_selector("#graph_svg .node")
-        at.eventually("and in the graph", lambda: at.page.locator("#graph_svg .node:has(.title:text-is('spots')) .look image").count() == 1)
+        at.eventually("and in the graph", lambda: at.page.locator("#graph_svg .node[aria-label='spots'] .look image").count() == 1)
         at.settle(3000)
         at.shot("graph_texture")
         at.close()

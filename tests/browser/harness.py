@@ -80,7 +80,7 @@ class Page:
             context.route(re.compile(r"^http://[^/]+/[\w.]*(#.*)?$"), self.from_folder)
         self.page = context.new_page()
         # 409: what was asked for is of a print that another one has just replaced.
-        self.page.on("console", lambda m: None if "409" in m.text or allowed in m.text else check(f"console: {m.text} {m.location['url']}", False))
+        self.page.on("console", lambda m: None if "409" in m.text or allowed in m.text or "GPU stall" in m.text else check(f"console: {m.text} {m.location['url']}", False))
         self.page.on("pageerror", lambda e: check(f"page error: {e}", False))
         self.page.on("request", lambda r: None if r.url.startswith(("http://127.0.0.1:", "blob:")) else check(f"asks {r.url}", False))
 
@@ -92,9 +92,15 @@ class Page:
         """Closes the page before the server ends, since the page polls it."""
         self.page.context.close()
 
-    def open(self, url, ready="#materials li"):
+    def open(self, url, ready="#materials li", text=False, view="z"):
+        """Opens the page in a view, None: what it opens in, with all that is folded unfolded, and with `text` the text."""
         self.page.goto(url)
         self.page.wait_for_selector(ready, timeout=120_000)
+        self.page.evaluate("() => document.querySelectorAll('#details details').forEach((one) => { one.open = true; })")
+        if view:
+            self.page.keyboard.press({"z": "1", "y": "2", "x": "3", "3": "4"}[view])
+        if text:
+            self.page.click("#text_button")
         self.settle()
 
     def settle(self, ms=1200):

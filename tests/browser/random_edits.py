@@ -54,7 +54,7 @@ class Walk:
 
     def value(self):
         """Changes a number in the inspector, and compares with the same edit in the text."""
-        if not self.click(".node:has(.port circle.free.number) .title"):
+        if not self.click(".node:has(.port circle.free.number) .head"):
             return
         fields = self.page.evaluate("() => [...document.querySelectorAll('#inspector .port_row input.value')].map((one) => [one.dataset.control, one.value])")
         plain = [one for one in fields if re.fullmatch(r"\d+(\.\d+)?", one[1])]
@@ -88,7 +88,7 @@ class Walk:
             drag(self.page, end, (box["x"] + 8, box["y"] + 8))
 
     def delete(self):
-        if self.click(":is(.node.call, .node.operator, .node.value) .title"):
+        if self.click(":is(.node.call, .node.operator, .node.value) .head"):
             self.page.keyboard.press("Delete")
 
     def add(self):
@@ -101,7 +101,7 @@ class Walk:
 
     def group(self):
         """Groups two nodes into a function; the page asks for its name."""
-        first, second = self.choose(".node.call .title"), self.choose(".node.call .title")
+        first, second = self.choose(".node.call .head"), self.choose(".node.call .head")
         if first and second and first != second:
             self.page.mouse.click(*first)
             self.page.keyboard.down("Shift")
@@ -145,7 +145,7 @@ def main(browser, options):
     with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "8") as url:
         at = Page(browser, options, size=(1500, 1000), allowed="422")
         page = at.page
-        at.open(url)
+        at.open(url, text=True)
         page.click("#graph_button")
         page.wait_for_selector("#graph_svg .node")
         page.click("#graph_look")

@@ -147,7 +147,7 @@ def look_in_3d(browser, options, url):
     at.settle(400)
     shown = [page.url] + [at.text(s) for s in ("#pick", "#measured", "#height", "#zoom")]
     again = Page(browser, options)
-    again.open(page.url)
+    again.open(page.url, view=None)
     again.eventually("the address brings it back", lambda: [again.page.url] + [again.text(s) for s in ("#pick", "#measured", "#height", "#zoom")] == shown)
     again.eventually("and the picture", lambda: again.pixels("#above") == at.pixels("#above"))
     again.close()
@@ -274,7 +274,7 @@ def look_at_a_world(browser, options, world):
     with Viewer(options, world, "--watch", "--draft", "3") as url:
         at = Page(browser, options, "dark")
         page = at.page
-        at.open(url)
+        at.open(url, text=True)
         page.wait_for_selector("#progress", state="hidden", timeout=120_000)
         before = at.text("#stats")
         page.eval_on_selector("#uniforms input[type=range]", "r => { r.value = 2.5; r.dispatchEvent(new Event('input')); }")

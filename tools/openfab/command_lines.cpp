@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "backends/formats/formats.h"
+#include "base/say.h"
 #include "base/talking_program.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/arrange.h"
@@ -55,8 +56,14 @@ void add_new(CLI::App& app, Action* action) {
     auto from = std::make_shared<std::string>("starter");
     command->add_option("NAME", *name, "the folder; its last part names the fablet")->required();
     command->add_option("--template", *from, template_names() + " (default: starter)");
-    command->callback(
-        [name, from, action] { *action = [name, from] { return make_folder(*name, *from); }; });
+    command->callback([name, from, action] {
+        *action = [name, from]() -> Result<void> {
+            const Result<std::string> made = make_folder(*name, *from);
+            if (!made) return made.error();
+            say(*made);
+            return {};
+        };
+    });
 }
 
 void add_import(CLI::App& app, Action* action) {
@@ -434,7 +441,10 @@ void add_view(CLI::App& app, Action* action) {
         ->type_name("FABLET");
     command->add_flag("--watch", view.watch,
                       "print a world again whenever it changes, and let the page change it");
-    command->add_option("--draft", view.draft, "of a world: multiply the pitch by N (default: 4)")
+    command
+        ->add_option(
+            "--draft", view.draft,
+            "of a world: multiply the pitch by N (default: as the part needs, coarse first)")
         ->type_name("N")
         ->check(CLI::Range(1, 1000));
     add_set_option(command, &view.settings);

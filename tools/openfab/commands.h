@@ -66,7 +66,7 @@ struct CacheArguments {
 };
 
 /// `new`: makes a folder, whose last part names the fablet, from a template.
-Result<void> make_folder(const std::string& path, const std::string& from);
+Result<std::string> make_folder(const std::string& path, const std::string& from);
 /// Returns "starter, solid, …", and each of them.
 std::string template_names();
 std::vector<std::string> template_list();

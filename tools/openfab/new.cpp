@@ -111,7 +111,7 @@ std::vector<std::string> template_list() {
     return {kTemplates.begin(), kTemplates.end()};
 }
 
-Result<void> make_folder(const std::string& path, const std::string& from) {
+Result<std::string> make_folder(const std::string& path, const std::string& from) {
     if (std::find(kTemplates.begin(), kTemplates.end(), from) == kTemplates.end()) {
         return usage_error(fmt::format(messages::kNoSuchTemplate, from, template_names()));
     }
@@ -132,16 +132,17 @@ Result<void> make_folder(const std::string& path, const std::string& from) {
     if (!made) return made.error();
     for (const auto& [suffix, text] :
          {std::pair(".fl", &made->fablet), std::pair(".fab.json", &made->world)}) {
-        if (Result<void> done = write_file(folder / (name + suffix), *text); !done) return done;
+        if (Result<void> done = write_file(folder / (name + suffix), *text); !done)
+            return done.error();
     }
     if (Result<void> done =
             write_file(folder / "fab_world.schema.json", stock_text("fab_world.schema.json"));
         !done)
-        return done;
+        return done.error();
     const fs::path world = folder / (name + ".fab.json");
-    say(fmt::format("made {}\nprint it: openfab print {} -o {}.ofr --preview {}.png,view=section\n",
-                    world.string(), shell_word(world.string()), name, name));
-    return {};
+    return fmt::format(
+        "made {}\nprint it: openfab print {} -o {}.ofr --preview {}.png,view=section\n",
+        world.string(), shell_word(world.string()), name, name);
 }
 
 }  // namespace openfab::tools

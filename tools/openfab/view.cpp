@@ -27,8 +27,9 @@ Result<void> run_view(ViewArguments arguments) {
     if (arguments.view.file.empty() == arguments.new_folder.empty())
         return usage_error(messages::kGiveAFile);
     if (!arguments.new_folder.empty()) {
-        if (Result<void> made = make_folder(arguments.new_folder, arguments.from); !made)
-            return made;
+        const Result<std::string> made = make_folder(arguments.new_folder, arguments.from);
+        if (!made) return made.error();
+        arguments.view.words = *made;
         const std::filesystem::path folder =
             std::filesystem::absolute(arguments.new_folder).lexically_normal();
         const std::string name = folder.filename().empty()

@@ -63,7 +63,7 @@ Result<void> FullPrint::begin(const fs::path& world, const std::vector<std::stri
     child_ = std::move(*child);
     output_ = output;
     begun_ = true;
-    stopped_ = false;
+    stopped_ = told_ = false;
     return {};
 }
 
@@ -79,6 +79,18 @@ bool FullPrint::runs() {
     return child_ != nullptr && !child_->exit_code();
 }
 
+std::optional<fs::path> FullPrint::done_now() {
+    const std::lock_guard lock(mutex_);
+    if (child_ == nullptr || told_ || child_->exit_code() != 0) return {};
+    told_ = true;
+    return output_;
+}
+
+fs::path FullPrint::output() {
+    const std::lock_guard lock(mutex_);
+    return output_;
+}
+
 void FullPrint::describe(JsonText* out) {
     const std::lock_guard lock(mutex_);
     if (!begun_) {
@@ -89,6 +101,7 @@ void FullPrint::describe(JsonText* out) {
     const std::string err = client::end_of_file(scratch_ / "full.err", kTailBytes);
     const char* phase = !code ? "printing" : stopped_ ? "stopped" : *code == 0 ? "done" : "failed";
     out->begin_object().member("phase", phase).member("file", output_.filename().string());
+    out->member("path", output_.string());
     const std::optional<JsonValue> progress = client::last_progress(err);
     for (const char* name : {"slices_done", "slices_total", "seconds_left"})
         out->member(name, progress ? number_of(*progress, name) : 0);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,11 @@ class FullPrint {
     /// Ends one that runs, early: the slices that are whole stay.
     void stop();
     bool runs();
-    /// Writes null, or {"phase": "printing", "done", "failed" or "stopped", "file", "slices_done", "slices_total",
+    /// The file of one that is done, once for each.
+    std::optional<std::filesystem::path> done_now();
+    /// The file of the last one, while it is there.
+    std::filesystem::path output();
+    /// Writes null, or {"phase": "printing", "done", "failed" or "stopped", "file", "path", "slices_done", "slices_total",
     /// "seconds_left", "message"}.
     void describe(JsonText* out);
 
@@ -39,7 +44,7 @@ class FullPrint {
     std::mutex mutex_;
     std::unique_ptr<client::Child> child_;
     std::filesystem::path output_;
-    bool begun_ = false, stopped_ = false;
+    bool begun_ = false, stopped_ = false, told_ = false;
 };
 
 }  // namespace openfab::viewer

@@ -85,16 +85,27 @@ void Live::run() {
         if (again) {
             set_phase(Phase::kChecking, {});
             child_.reset();
+            {
+                const std::lock_guard lock(mutex_);
+                refines_ = false;
+            }
             if (must_read()) {
                 Read read = this->read();
                 const std::lock_guard lock(mutex_);
                 keep_known(read_, &read);
+                // Another mesh may be of any size.
+                if (read.times[options_.file] != read_.times[options_.file]) full_voxels_ = 0;
                 read_ = std::move(read);
                 if (read_.world != nullptr) finder_ = std::make_shared<PartFinder>(read_.world);
             }
             begin_print();
         }
         follow_print();
+        show_done_print();
+        if (refine()) {
+            again = false;
+            continue;
+        }
         std::unique_lock lock(mutex_);
         const auto pause = child_ != nullptr && !is_over_ ? kBusyPoll : kPoll;
         changed_.wait_for(lock, pause, [&] { return asked_ || stop_; });

@@ -69,6 +69,9 @@ class Live {
     /// `graph`, `edit` or `palette` (compiler/graph/service.h).
     Result<std::string> graph(const std::string& method, int32_t fablet, const std::string& text,
                               const JsonValue* action);
+    /// Where a hand has put the nodes of a fablet's graph (graph_places.h).
+    Result<std::string> places(int32_t fablet) const;
+    Result<void> keep_places(int32_t fablet, const JsonValue& places) const;
     /// Returns what nodes of a text are at voxels of the print in view (node_look.h). `action`: {"tab", "nodes", "over":
     /// "slice", "line", "voxel" or "surface", "point_mm", "axis"}.
     Result<std::string> look(int32_t fablet, const std::string& text, const JsonValue& action);
@@ -92,8 +95,11 @@ class Live {
     /// Prints the world with the values that were set, at its printer's own pitch.
     Result<void> begin_full_print();
     void stop_full_print();
+    /// Shows the last whole print in place of the draft, or the draft again.
+    Result<void> show_full_print(bool full);
     /// Puts a template in place of the world and its fablet; where `openfab view --new` made them.
     Result<void> use_template(const std::string& name);
+    /// 0: as fine as the part needs, coarse first.
     void set_draft(int32_t draft);
     /// Forgets the values that were set.
     void revert();
@@ -135,6 +141,11 @@ class Live {
     void begin_print();
     void follow_print();
     void show_preview();
+    void show_done_print();
+    /// How coarse the next print is; the caller holds the lock.
+    int32_t next_draft() const;
+    /// Prints once more where a finer print shows more. Returns whether it does.
+    bool refine();
     std::filesystem::path statistics_file() const;
     /// Whether the print has made its slices; its process may still compile what the next one culls by.
     bool print_is_whole() const;
@@ -181,7 +192,12 @@ class Live {
     std::string message_;
     std::string remaining_message_;  ///< without what is wrong with a value that was set
     int64_t version_ = 0;            ///< of details()
-    int32_t draft_ = 1;
+    int32_t draft_ = 1;              ///< 0: as the part needs
+    int32_t printed_draft_ = 0;      ///< of the print that runs, or ran last
+    double full_voxels_ = 0;         ///< of the world's grid at its printer's pitch; 0: not known
+    bool refines_ = false;           ///< the print that runs is the finer one
+    bool shows_full_ = false;        ///< the whole print is in view
+    std::vector<std::string> full_settings_;  ///< of the whole print
     int32_t slices_done_ = 0, slices_total_ = 0;
     double mvoxels_per_second_ = 0;  ///< of the last print that was done; 0: not known
     int64_t print_done_ = 0;         ///< its number
@@ -192,13 +208,14 @@ class Live {
     std::vector<std::string> trial_settings_;
     std::vector<std::string> settings_;        ///< of the print that runs, or ran last
     std::vector<std::string> shown_settings_;  ///< of the print in view
+    std::filesystem::path shown_;              ///< the draft that was shown last
 
     // Of the loop's thread alone.
     std::unique_ptr<client::Child> child_;
     bool is_over_ = false;  ///< the print, while its process compiles on
     int64_t number_ = 0;
     std::shared_ptr<const Trial> printed_trial_;
-    std::filesystem::path preview_, shown_;
+    std::filesystem::path preview_;
     std::thread thread_;
 };
 

@@ -91,8 +91,13 @@ Answer post(Live* live, const std::string& path, Body body) {
         if (path == "/api/use") return answer_of(live->use_file(name, object));
         return answer_of(live->use_template(name));
     }
+    if (path == "/api/show") {
+        const bool full = body.whole("full", 0, 1) == 1;
+        if (!body.failed().empty()) return refusal(400, body.failed());
+        return answer_of(live->show_full_print(full));
+    }
     if (path == "/api/draft") {
-        const int32_t draft = body.whole("draft", 1, kMostDraft);
+        const int32_t draft = body.whole("draft", 0, kMostDraft);
         if (!body.failed().empty()) return refusal(400, body.failed());
         live->set_draft(draft);
         return fine();
@@ -109,6 +114,11 @@ Answer post(Live* live, const std::string& path, Body body) {
         return fine();
     }
     const int32_t fablet = body.whole("fablet", 0, INT32_MAX);
+    if (path == "/api/places") {
+        const JsonValue& places = body.value("places");
+        if (!body.failed().empty()) return refusal(400, body.failed());
+        return answer_of(live->keep_places(fablet, places));
+    }
     const std::string text = body.text("text");
     if (path == "/api/try") {
         const std::string name = body.text("name");
@@ -135,12 +145,14 @@ Answer post(Live* live, const std::string& path, Body body) {
 
 std::optional<Answer> answer_on_world(Live* live, const Request& request) {
     const std::string& path = request.path;
-    const bool reads = path == "/api/live" || path == "/api/source" || path == "/api/texture";
-    const bool writes = path == "/api/check" || path == "/api/source" || is_graph(path) ||
-                        path == "/api/set" || path == "/api/draft" || path == "/api/revert" ||
-                        path == "/api/write" || path == "/api/print" || path == "/api/stop" ||
-                        path == "/api/try" || path == "/api/untry" || path == "/api/template" ||
-                        path == "/api/use" || path == "/api/upload";
+    const bool reads = path == "/api/live" || path == "/api/source" || path == "/api/texture" ||
+                       path == "/api/places";
+    const bool writes = path == "/api/places" || path == "/api/check" || path == "/api/source" ||
+                        is_graph(path) || path == "/api/set" || path == "/api/draft" ||
+                        path == "/api/revert" || path == "/api/write" || path == "/api/print" ||
+                        path == "/api/stop" || path == "/api/show" || path == "/api/try" ||
+                        path == "/api/untry" || path == "/api/template" || path == "/api/use" ||
+                        path == "/api/upload";
     if (!(request.post ? writes : reads)) return {};
     if (live == nullptr) return refusal(404, messages::kAPrintNotAWorld);
     if (!request.post) {
@@ -158,7 +170,7 @@ std::optional<Answer> answer_on_world(Live* live, const Request& request) {
         }
         const int32_t fablet = in.whole("fablet", 0, INT32_MAX);
         if (!in.failed().empty()) return refusal(400, in.failed());
-        return answer_of(live->source(fablet));
+        return answer_of(path == "/api/places" ? live->places(fablet) : live->source(fablet));
     }
     if (!live->watches()) return refusal(403, messages::kWorldOnlyLookedAt);
     if (path == "/api/upload") {

@@ -7,6 +7,7 @@
 //
 //   GET  api/live                             objects, uniforms, fablets, diagnostics
 //   GET  api/source?fablet=N                  {"text", "stamp"}
+//   GET  api/places?fablet=N                  where a hand has put nodes (graph_places.h)
 //   GET  api/texture?name=…&volume=0          a small PNG of a texture (texture_look.h)
 //   POST api/check   {"fablet", "text"}       {"diagnostics"}, of a text that is not saved
 //   POST api/graph   {"fablet", "text"}       the graph of a text (compiler/graph/service.h)
@@ -16,8 +17,10 @@
 //   POST api/look    {"fablet", "text", "action"}   what nodes are at voxels (node_look.h)
 //   POST api/assist  {"fablet", "text", "action"}   what somebody who types wants to know (compiler/graph/assist.h)
 //   POST api/source  {"fablet", "text", "stamp"}   saves it; {"stamp"}
+//   POST api/places  {"fablet", "places"}     keeps them
 //   POST api/set     {"object", "uniform", "value"}
-//   POST api/draft   {"draft"}
+//   POST api/draft   {"draft"}   0: as fine as the part needs
+//   POST api/show    {"full"}    1: the last whole print is in view, 0: the draft
 //   POST api/revert, api/write   {}
 //   POST api/upload?name=…&at=N   the next bytes of a file that was dropped
 //   POST api/use     {"name", "object"}   makes it part of the world; {"name", "mesh", "notes"}

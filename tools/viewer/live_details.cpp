@@ -19,6 +19,8 @@ void Live::describe(JsonText* out) const {
     out->member("writable", !overrides_.empty() && values_are_taken());
     out->member("change", change_)
         .member("draft", draft_)
+        .member("printed_draft", printed_draft_)
+        .member("shows_full", shows_full_)
         .member("version", version_)
         .key("full_print");
     full_print_.describe(out);

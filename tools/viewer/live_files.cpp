@@ -131,6 +131,7 @@ Result<void> Live::begin_full_print() {
     }
     Result<void> begun = full_print_.begin(fs::absolute(options_.file), options_.allow, settings);
     const std::lock_guard lock(mutex_);
+    if (begun) full_settings_ = settings;
     tell_of_change();
     return begun;
 }

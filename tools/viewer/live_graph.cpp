@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "tools/viewer/graph_places.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/messages.h"
 #include "tools/viewer/texture_look.h"
@@ -75,6 +76,18 @@ Result<std::string> Live::graph(const std::string& method, int32_t fablet, const
     const Result<Source> of = source_of(fablet);
     if (!of) return of.error();
     return graphs_.ask("openfl/" + method, of->path, text, action);
+}
+
+Result<std::string> Live::places(int32_t fablet) const {
+    const Result<Source> of = source_of(fablet);
+    if (!of) return of.error();
+    return graph_places(of->path, of->roots);
+}
+
+Result<void> Live::keep_places(int32_t fablet, const JsonValue& places) const {
+    const Result<Source> of = source_of(fablet);
+    if (!of) return of.error();
+    return keep_graph_places(of->path, of->roots, places);
 }
 
 Result<std::string> Live::look(int32_t fablet, const std::string& text, const JsonValue& action) {

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "backends/read/print_file.h"
@@ -14,6 +15,7 @@
 #include "base/json.h"
 #include "base/talking_program.h"
 #include "tools/viewer/live.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -26,6 +28,9 @@ constexpr int64_t kTailBytes = 16 << 10;
 constexpr int32_t kMostWaiting = 4;
 constexpr auto kLongestWait = std::chrono::milliseconds(10'000);
 constexpr auto kShortWait = std::chrono::milliseconds(400);
+/// Of a draft that is as fine as the part needs: the first one of a world, and the voxels of the grid of the others.
+constexpr int32_t kFirstDraft = 8;
+constexpr double kCoarseVoxels = 4e5, kFineVoxels = 6e6;
 
 /// Of the statistics of a print, the million voxels that a second of work on voxels makes: set-up and files, which a
 /// fablet does not change, are most of a small draft. 0: not known.
@@ -52,6 +57,7 @@ void Live::begin_print() {
         const std::lock_guard lock(mutex_);
         is_over_ = false;
         slices_done_ = slices_total_ = 0;
+        printed_draft_ = next_draft();
         if (!read_.message.empty() || client::has_errors(read_.diagnostics)) {
             phase_ = Phase::kFailed;
             message_ = remaining_message_ = read_.message;
@@ -70,7 +76,7 @@ void Live::begin_print() {
         preview_ = folder_->path() / fmt::format("preview-{}.ofr", ++number_);
         for (const std::string& word :
              {"--output=" + preview_.string(), std::string("--progress=json"),
-              fmt::format("--draft={}", draft_), "--stats=" + statistics_file().string()})
+              fmt::format("--draft={}", printed_draft_), "--stats=" + statistics_file().string()})
             argv.push_back(word);
         for (const std::string& word : client::memory_words())
             argv.push_back(word);
@@ -112,13 +118,60 @@ bool Live::print_is_whole() const {
 void Live::show_preview() {
     const std::string name = fs::path(options_.file).filename().string();
     if (!session_->show(preview_.string(), name)) return;
+    const Session::Prints prints = session_->prints();
+    const std::lock_guard lock(mutex_);
     std::error_code ignored;
     // The session has it open as long as it needs it.
     if (!shown_.empty()) fs::remove(shown_, ignored);
     shown_ = preview_;
-    const std::lock_guard lock(mutex_);
+    if (!prints.list.empty()) {
+        const Vec3i size = prints.list[0]->file().info().size;
+        full_voxels_ = std::pow(printed_draft_, 3) * size.x * size.y * size.z;
+    }
     shown_settings_ = settings_;
+    shows_full_ = false;
     tell_of_change();
+}
+
+int32_t Live::next_draft() const {
+    if (draft_ > 0) return draft_;
+    if (full_voxels_ <= 0) return kFirstDraft;
+    const double most = refines_ ? kFineVoxels : kCoarseVoxels;
+    return std::max(1, static_cast<int32_t>(std::ceil(std::cbrt(full_voxels_ / most) - 1e-9)));
+}
+
+bool Live::refine() {
+    // What it culls by is compiled first, for the finer print as well.
+    if (child_ != nullptr) return false;
+    {
+        const std::lock_guard lock(mutex_);
+        if (draft_ > 0 || refines_ || asked_ || phase_ != Phase::kDone || trial_ != nullptr)
+            return false;
+        refines_ = true;
+        if (next_draft() >= printed_draft_) return false;
+    }
+    begin_print();
+    return true;
+}
+
+void Live::show_done_print() {
+    if (full_print_.done_now()) (void)show_full_print(true);
+}
+
+Result<void> Live::show_full_print(bool full) {
+    fs::path file = full_print_.output();
+    if (!full) {
+        const std::lock_guard lock(mutex_);
+        file = shown_;
+    }
+    if (file.empty()) return user_error(messages::kNoPrintYet);
+    const std::string name = (full ? file : fs::path(options_.file)).filename().string();
+    if (Result<void> shown = session_->show(file.string(), name); !shown) return shown;
+    const std::lock_guard lock(mutex_);
+    shown_settings_ = full ? full_settings_ : settings_;
+    shows_full_ = full;
+    tell_of_change();
+    return {};
 }
 
 void Live::follow_print() {

@@ -7,6 +7,7 @@
 #include <sys/mman.h>
 
 #include <cerrno>
+#include <thread>
 
 #include "base/input_file.h"
 #include "base/json_text.h"
@@ -14,6 +15,7 @@
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/system_reason.h"
+#include "tools/viewer/browser.h"
 #include "tools/viewer/http_server.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/live_api.h"
@@ -154,6 +156,9 @@ Result<void> view(const ViewOptions& options) {
     if (!server) return server.error();
     show(fmt::format("{}\n", url));
     if (Result<void> written = written_out(); !written) return written;
+    if (!options.words.empty()) say(options.words);
+    // It may wait for its browser.
+    std::thread([url] { open_in_browser(url); }).detach();
     return (*server)->serve();
 }
 

@@ -23,9 +23,10 @@ struct ViewOptions {
     bool watch = false;  ///< print a world again on each change, and let the page make changes
     std::vector<std::string>
         templates;      ///< of a world that this command made: others that the page offers
-    int32_t draft = 4;  ///< a world's pitch times this
+    int32_t draft = 0;  ///< a world's pitch times this; 0: as the part needs
     std::vector<std::string> allow;     ///< folders that a world may read besides its own
     std::vector<std::string> settings;  ///< OBJECT.UNIFORM=VALUE, as of a print
+    std::string words;                  ///< said after the address
     int64_t memory_bytes = 0;
     std::filesystem::path programs;  ///< the folder of openfab and openflc
 };

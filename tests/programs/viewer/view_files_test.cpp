@@ -94,7 +94,27 @@ TEST_F(ViewFiles, ThePrintIsAFileBesideTheWorldAndTemplatesAreForNewWorldsAlone)
         const JsonValue& print = member(member(s, "live"), "full_print");
         return member(print, "phase").text == "done";
     });
-    EXPECT_EQ(member(member(member(state, "live"), "full_print"), "file").text, "cube-2.ofr");
+    const JsonValue& full = member(member(state, "live"), "full_print");
+    EXPECT_EQ(member(full, "file").text, "cube-2.ofr");
+    EXPECT_EQ(member(full, "path").text, (scratch_ / "cube-2.ofr").string());
+    // It is in view, at full pitch, until the draft is wanted again.
+    const auto shows = [&](const std::string& name, bool is_full) {
+        const JsonValue now = viewer.wait_for([&](const JsonValue& s) {
+            return member(member(s, "live"), "shows_full").boolean == is_full;
+        });
+        const JsonValue& print = member(now, "prints").items.at(0);
+        EXPECT_EQ(member(print, "name").text, name);
+        return member(print, "size").items.at(0).number;
+    };
+    const double whole = shows("cube-2.ofr", true);
+    ASSERT_EQ(viewer.post("/api/show", R"({"full": 0})").status, 200);
+    const double draft = shows("cube.fab.json", false);
+    EXPECT_GT(whole, 3 * draft);
+    ASSERT_EQ(viewer.post("/api/show", R"({"full": 1})").status, 200);
+    shows("cube-2.ofr", true);
+    // A change is seen at once, as a draft.
+    ASSERT_EQ(viewer.post("/api/draft", R"({"draft": 5})").status, 200);
+    shows("cube.fab.json", false);
     EXPECT_EQ(read_file((scratch_ / "cube.ofr").string()), "mine");
     EXPECT_GT(std::filesystem::file_size((scratch_ / "cube-2.ofr").string()), 500U);
     EXPECT_EQ(viewer.post("/api/template", R"({"name": "shell"})").status, 422);

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "tests/programs/viewer/view_fixtures.h"
 
@@ -228,6 +229,38 @@ TEST_F(ViewGraph, AFabletIsDrawnAndEdited) {
     EXPECT_EQ(ask(viewer, "/api/edit", kFablet).status, 400) << "an action is missing";
     EXPECT_EQ(viewer.post("/api/graph", R"({"fablet": 1, "text": ""})").status, 422);
     EXPECT_EQ(read_file(source()), kFablet) << "nothing is saved";
+}
+
+TEST_F(ViewGraph, PlacesOfNodesAreAFileThatMayBeLost) {
+    namespace fs = std::filesystem;
+    const Viewer viewer({world(), "--watch", "--draft", "8"}, cache());
+    viewer.wait_for(is_done);
+    const fs::path file = scratch_ / "ramp.graph.json";
+    const auto places = [&] { return viewer.get("/api/places?fablet=0").body; };
+    const auto keep = [&](const std::string& value) {
+        return viewer.post("/api/places", R"({"fablet": 0, "places": )" + value + "}").status;
+    };
+    EXPECT_EQ(places(), "{}");
+    EXPECT_EQ(keep(R"({"tabs": {}})"), 200);
+    EXPECT_FALSE(fs::exists(file)) << "there is nothing to keep";
+    const std::string value = R"({"tabs":{"@Volume":{"at":{"t":[-10,20.5]}}}})";
+    EXPECT_EQ(keep(value), 200);
+    EXPECT_EQ(places(), value);
+    EXPECT_EQ(keep("[]"), 422);
+    EXPECT_EQ(viewer.post("/api/places", R"({"fablet": 7, "places": {"tabs": {}}})").status, 422);
+    EXPECT_EQ(places(), value);
+    std::ofstream(file) << "{ damaged";
+    EXPECT_EQ(places(), "{}");
+    fs::remove(file);
+    EXPECT_EQ(places(), "{}");
+    EXPECT_EQ(keep(value), 200);
+    EXPECT_EQ(keep(R"({"tabs": {}})"), 200);
+    EXPECT_FALSE(fs::exists(file));
+    // No link leads out of the folder.
+    std::ofstream(scratch_ / "elsewhere") << "mine";
+    fs::create_symlink(scratch_ / "elsewhere", file);
+    EXPECT_EQ(keep(value), 422);
+    EXPECT_EQ(read_file((scratch_ / "elsewhere").string()), "mine");
 }
 
 TEST_F(ViewGraph, WhoTypesIsTold) {

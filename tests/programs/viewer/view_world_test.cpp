@@ -323,6 +323,29 @@ TEST_F(ViewWorld, ACurveIsShownByItsKeysAndSetByThem) {
     EXPECT_THAT(read_file(world()), HasSubstr(R"("step")"));
 }
 
+TEST_F(ViewWorld, WithoutADraftThePrintBecomesAsFineAsThePartNeeds) {
+    const Viewer viewer({world(), "--watch"}, cache());
+    const auto finest = [](const JsonValue& s) {
+        return is_done(s) && member(member(s, "live"), "printed_draft").number == 1;
+    };
+    const JsonValue coarse = viewer.wait_for(is_done);
+    const auto width = [](const JsonValue& s) {
+        return member(member(s, "prints").items.at(0), "size").items.at(0).number;
+    };
+    const double first = member(member(coarse, "live"), "printed_draft").number;
+    const JsonValue fine = viewer.wait_for(finest);
+    EXPECT_EQ(member(member(fine, "live"), "draft").number, 0);
+    if (first > 1) {
+        EXPECT_GT(width(fine), width(coarse));
+    }
+    EXPECT_GT(width(fine), 20) << "the cube is of few voxels";
+    ASSERT_EQ(viewer.post("/api/draft", R"({"draft": 4})").status, 200);
+    const JsonValue chosen = viewer.wait_for([](const JsonValue& s) {
+        return is_done(s) && member(member(s, "live"), "printed_draft").number == 4;
+    });
+    EXPECT_NEAR(width(fine) / width(chosen), 4, 0.6);
+}
+
 TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
     const Viewer viewer({world(), "--watch"}, cache());
     const JsonValue state = viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
@@ -339,7 +362,7 @@ TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
         {"/api/set", R"({"object": "cube", "uniform": "share", "value": {"a": 1}})", 422},
         {"/api/set", R"({"object": "cube", "uniform": "share", "value": []})", 422},
         {"/api/set", R"({"object": "cube", "uniform": "share", "value": null})", 422},
-        {"/api/draft", R"({"draft": 0})", 400},
+        {"/api/draft", R"({"draft": -1})", 400},
         {"/api/draft", R"({"draft": 1.5})", 400},
         {"/api/draft", R"({"draft": 1001})", 400},
         {"/api/draft", R"({"draft": "4"})", 400},

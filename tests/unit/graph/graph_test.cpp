@@ -298,6 +298,23 @@ TEST(Edit, AFunctionOfTheLibraryComesWithItsImport) {
     EXPECT_EQ(made.find("// A ball."), 0U) << "comments stay\n" << made;
 }
 
+TEST(Edit, PastedStatementsGetNamesOfTheirOwn) {
+    Action one = action("paste");
+    one.text = "float t = skin; // copied\nfloat u = t + skin;";
+    const std::string made = after(kBall, one);
+    EXPECT_NE(made.find("float t2 = skin; // copied\n        float u = t2 + skin;\n"),
+              std::string::npos)
+        << made;
+    EXPECT_LT(made.find("float t2"), made.find("return mc;"));
+    one.text = "float u = t;";
+    EXPECT_NE(after(kBall, one).find("float u = t;"), std::string::npos) << "what is there is used";
+    one.text = "} float t = 1; {";
+    EXPECT_EQ(after(kBall, one), "the brackets do not match");
+    one.text = "nothing(1);";
+    EXPECT_NE(after(kBall, one).find("nothing"), std::string::npos) << "the compiler's own words";
+    EXPECT_EQ(after(kBall, one).find("fablet"), std::string::npos) << after(kBall, one);
+}
+
 TEST(Edit, AConnectedNestedValueGetsAName) {
     const Drawn drawn(kBall);
     Action one = action("connect");

@@ -3,6 +3,7 @@
 
 import { getJson, postJson, query } from "./api.js";
 import { element } from "./format.js";
+import { Pane } from "./panes.js";
 import { SourceAssist } from "./source_assist.js";
 import { endOfChange, TextHistory } from "./source_history.js";
 import { closing, comment, indent, newline, outdent } from "./source_keys.js";
@@ -27,6 +28,7 @@ export class Editor {
             ask: (action) => postJson("api/assist", { fablet: this.fablet, text: this.text, action }),
             view: this.view, put: (begin, end, made) => this.put(begin, end, made), diagnosticsAt: (place) => this.diagnosticsAt(place),
         });
+        this.pane = new Pane("text", () => { this.showText(); byId("source").focus({ preventScroll: true }); });
         this.listen();
     }
 
@@ -48,6 +50,7 @@ export class Editor {
             select.replaceChildren(...names.map((name, i) => element("option", { value: i }, name)));
         if (this.fablet < 0 || this.fablet >= names.length) this.fablet = 0;
         select.value = this.fablet;
+        select.hidden = names.length < 2;
     }
 
     /** Takes the text on disk; where there are changes that were not saved, only if that is wanted. */
@@ -112,6 +115,7 @@ export class Editor {
     step(text) {
         if (text === null) return false;
         this.set(text);
+        this.onstep?.();
         this.view.reveal(this.view.placeOf(byId("source").selectionStart).line);
         return true;
     }
@@ -150,6 +154,7 @@ export class Editor {
         const lines = this.text.split("\n");
         const before = lines.slice(0, d.line - 1).reduce((n, line) => n + line.length + 1, 0);
         const at = before + [...(lines[d.line - 1] ?? "")].slice(0, d.column - 1).join("").length;
+        this.pane.show(true);
         const source = byId("source");
         source.focus({ preventScroll: true });
         source.setSelectionRange(at, at);

@@ -24,12 +24,19 @@ export class Files {
             select.replaceChildren(element("option", { value: "" }, "choose …"), ...templates.map((name) => element("option", {}, name)));
     }
 
-    showState({ full_print: print }) {
+    showState({ full_print: print, shows_full }) {
         const runs = print?.phase === "printing";
         byId("print").textContent = runs ? "Stop print" : "Print";
         byId("print").title = runs ? "End the print; the slices that are whole stay" : "Print the world at its printer's pitch, to a file beside it";
         byId("print_state").textContent = print ? this.wordsOf(print) : "";
         byId("print_state").classList.toggle("trouble", print?.phase === "failed");
+        const done = print?.phase === "done";
+        byId("printed").hidden = !done;
+        if (done) {
+            byId("printed_path").textContent = print.path;
+            byId("show_print").textContent = shows_full ? "Show the draft" : "Show the print";
+            byId("show_print").dataset.full = shows_full ? 0 : 1;
+        }
         byId("print_bar").hidden = !runs;
         byId("print_bar").max = Math.max(print?.slices_total ?? 1, 1);
         byId("print_bar").value = print?.slices_done ?? 0;
@@ -37,7 +44,7 @@ export class Files {
     }
 
     wordsOf({ phase, file, slices_done, slices_total, seconds_left, message }) {
-        if (phase === "done") return `${file} is printed. ${message}`;
+        if (phase === "done") return `${file} is printed at full pitch. ${message}`;
         if (phase === "stopped") return `${file}: stopped after ${slices_done} slices`;
         if (phase === "failed") return `${file}: ${message.trim() || "the print failed"}`;
         return slices_total ? `${file}: slice ${slices_done} of ${slices_total}, ${Math.ceil(seconds_left)} s left` : `${file}: begins …`;
@@ -68,7 +75,7 @@ export class Files {
                 this.say(`${mesh ? `${this.chosenObject()} is the mesh ${name} now.` : ""} ${notes.trim()}`.trim());
             }
         });
-        if (byId("uniforms_trouble").textContent) this.say("");
+        if (byId("files_trouble").textContent) this.say("");
     }
 
     /** That of the focused uniform, else the first. */
@@ -96,6 +103,8 @@ export class Files {
         byId("files").addEventListener("change", () => { this.take([...byId("files").files]); byId("files").value = ""; });
         byId("add_file").addEventListener("click", () => byId("files").click());
         byId("print").addEventListener("click", () => this.run(() => postJson(this.printing ? "api/stop" : "api/print", {})));
+        byId("show_print").addEventListener("click", (event) => this.run(() => postJson("api/show", { full: Number(event.target.dataset.full) })));
+        byId("copy_path").addEventListener("click", () => navigator.clipboard.writeText(byId("printed_path").textContent).then(() => this.say("the path is copied"), () => getSelection().selectAllChildren(byId("printed_path"))));
         byId("template").addEventListener("change", (event) => {
             const name = event.target.value;
             event.target.value = "";

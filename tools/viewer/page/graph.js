@@ -4,10 +4,15 @@
 import { postJson } from "./api.js";
 import { element } from "./format.js";
 import { GraphDrag } from "./graph_drag.js";
+import { GraphClips } from "./graph_clips.js";
 import { GraphDrawing } from "./graph_draw.js";
+import { GraphHand } from "./graph_hand.js";
 import { GraphInspector } from "./graph_inspector.js";
 import { canBeLookedAt, GraphLooks, hasPicture, isTexture, speedText } from "./graph_look.js";
+import { GraphMap } from "./graph_map.js";
 import { GraphPalette } from "./graph_palette.js";
+import { GraphStands } from "./graph_stands.js";
+import { Pane } from "./panes.js";
 import { Split } from "./split.js";
 
 const byId = (id) => document.getElementById(id);
@@ -23,26 +28,29 @@ export class GraphPane {
         this.selected = new Set();
         this.port = null;
         this.drawing = new GraphDrawing(byId("graph_svg"));
-        this.palette = new GraphPalette((entry) => this.add(entry), (action) => postJson("api/picture", { fablet: this.editor.fablet, text: "", action }));
+        this.map = new GraphMap(byId("graph_map"), this.drawing);
+        this.stands = new GraphStands(this);
+        this.clips = new GraphClips(this);
+        this.palette = new GraphPalette((entry) => this.add(entry), (action) => postJson("api/picture", { fablet: this.editor.fablet, text: "", action }), (dx) => this.drawing.move(dx, 0));
         this.drag = new GraphDrag((path, more) => this.ask(path, more));
         this.inspector = new GraphInspector({ act: (action) => this.act(action), drag: (action) => this.beginDrag(action), goTo: (node) => this.goTo(node), choose: (port) => this.choosePort(port) });
         this.looks = new GraphLooks({
             ask: (text, action) => postJson("api/look", { fablet: this.editor.fablet, text, action }), show: () => this.showLooks(), ...world,
             tell: (text) => { byId("graph_look_trouble").textContent = text; },
         });
-        new Split(byId("graph_split"), byId("canvases"), byId("graph"));
+        new Split(byId("graph_split"), byId("stage"), byId("graph"));
+        this.pane = new Pane("graph", () => this.opened());
         this.listen();
     }
 
-    get isOpen() { return !byId("graph").hidden; }
+    get isOpen() { return this.pane.isOpen; }
     get nodes() { return this.graph?.tabs[this.tab]?.nodes ?? []; }
+    get keys() { return this.nodes.map((node) => this.keyOf(node)); }
+    get chosen() { return [...this.selected]; }
 
-    toggle() {
-        const open = !this.isOpen;
-        byId("graph").hidden = !open;
-        byId("graph_button").setAttribute("aria-pressed", open);
-        document.body.classList.toggle("with_graph", open);
-        if (open) this.draw().then(() => this.drawing.fit(true));
+    opened() {
+        byId("graph_svg").focus({ preventScroll: true });
+        this.draw().then(() => this.drawing.fit(true));
     }
 
     /** What the loop says: whether a print runs, and how quick the last was. */
@@ -78,6 +86,7 @@ export class GraphPane {
 
     take(graph, text) {
         const other = this.fablet !== this.editor.fablet;
+        const [hadTab, hadNodes] = [this.graph?.tabs[this.tab]?.name, this.nodes];
         this.fablet = this.editor.fablet;
         // Text that cannot be read as a whole has no graph: the last one stays, with the errors at their nodes.
         this.stale = !graph.whole && this.graph !== null && !other;
@@ -90,6 +99,7 @@ export class GraphPane {
             this.selected = new Set(other ? [] : this.nodes.filter((node) => names.has(this.keyOf(node))).map((node) => node.id));
             if (this.selected.size !== 1 || !this.nodes[[...this.selected][0]].ports[this.port?.port]) this.port = null;
             if (this.port) this.port.node = [...this.selected][0];
+            if (!other && hadTab === this.graph.tabs[this.tab]?.name) this.stands.rename(hadNodes);
         }
         this.drawn = text;
         this.show();
@@ -100,8 +110,8 @@ export class GraphPane {
         return Math.max(0, this.graph.tabs.findIndex((tab) => tab.name === "@Volume"));
     }
 
-    keyOf(node) {
-        const same = this.nodes.filter((other) => other.id < node.id && other.title === node.title && other.outputs[0]?.name === node.outputs[0]?.name);
+    keyOf(node, nodes = this.nodes) {
+        const same = nodes.filter((other) => other.id < node.id && other.title === node.title && other.outputs[0]?.name === node.outputs[0]?.name);
         return `${node.title} ${node.outputs[0]?.name} ${same.length}`;
     }
 
@@ -122,7 +132,7 @@ export class GraphPane {
         }
         const isShown = this.looks.isOn && ["@Volume", "@Surface"].includes(tab.name) || this.looks.isOn && !tab.stage;
         for (const node of tab.nodes) node.look = (isShown && hasPicture(node)) || (this.looks.isOn && isTexture(node));
-        this.drawing.show(tab, this.selected, this.port, marked);
+        this.drawing.show(tab, this.keys, this.stands.here, this.selected, this.port, marked);
         this.wantLooks(isShown);
         this.inspector.show(this.graph, this.tab, this.selected, this.port);
         byId("graph_svg").setAttribute("aria-label", `Graph of ${tab.name}: ${tab.nodes.length} nodes`);
@@ -187,16 +197,16 @@ export class GraphPane {
         return this.drag;
     }
 
-    /** Does one action on the text that is drawn. */
-    async act(action) {
+    /** Does one action on the text that is drawn; what it adds is put at a point of the drawing, if there is one. */
+    async act(action, at = null) {
         document.body.classList.add("graph_busy");
         this.waiting = (this.waiting ?? 0) + 1;
-        const done = await this.actNow(action);
+        const done = await this.actNow(action, at);
         if (--this.waiting === 0) document.body.classList.remove("graph_busy");
         return done;
     }
 
-    async actNow(action) {
+    async actNow(action, at) {
         if (this.stale) return this.say("the text has errors that hide parts of the graph; mend them first");
         if (this.busy) await this.busy;
         const before = this.editor.text;
@@ -210,9 +220,15 @@ export class GraphPane {
                 this.say("");
                 this.put(made.text);
                 this.take(made.graph, made.text);
-                if (action.do === "add") {
-                    const fresh = this.nodes.findLast((node) => !known.has(this.keyOf(node)) && node.root);
-                    if (fresh) { this.select(fresh.id); this.drawing.reveal(fresh.id); }
+                if (action.do === "add" || action.do === "paste") {
+                    const fresh = this.nodes.filter((node) => !known.has(this.keyOf(node)) && node.root);
+                    if (fresh.length) {
+                        this.stands.put(fresh.map((node) => node.id), at);
+                        this.selected = new Set(action.do === "paste" ? fresh.map((node) => node.id) : [fresh.at(-1).id]);
+                        this.port = null;
+                        this.showSelection();
+                        this.drawing.reveal(fresh.at(-1).id);
+                    }
                 }
                 return true;
             } catch (error) {
@@ -242,8 +258,10 @@ export class GraphPane {
         this.draw();
     }
 
-    async openPalette() {
+    /** What is taken from the list is put at a point of the drawing, if there is one. */
+    async openPalette(at = null) {
         if (!this.graph) return;
+        this.addAt = at;
         try {
             const entries = await this.ask("api/palette");
             const port = this.port ? this.nodes[this.port.node]?.ports[this.port.port] : null;
@@ -253,12 +271,13 @@ export class GraphPane {
         }
     }
 
-    add({ signature, module }) {
+    add({ signature, module }, at = this.addAt) {
         const port = this.port;
+        this.addAt = null;
         this.palette.close();
         byId("graph_svg").focus();
         if (port && this.nodes[port.node]?.ports[port.port]?.begin !== undefined) return this.act({ do: "insert", ...port, signature, module });
-        return this.act({ do: "add", signature, module });
+        return this.act({ do: "add", signature, module }, at);
     }
 
     remove() {
@@ -322,10 +341,15 @@ export class GraphPane {
         const keys = {
             ArrowLeft: () => this.walk(-1, 0, event.shiftKey), ArrowRight: () => this.walk(1, 0, event.shiftKey), ArrowUp: () => this.walk(0, -1, event.shiftKey), ArrowDown: () => this.walk(0, 1, event.shiftKey),
             Delete: () => this.remove(), Backspace: () => this.remove(), a: () => this.openPalette(), g: () => this.group(),
+            f: () => this.stands.frame(), c: () => this.stands.fold(event.shiftKey),
             Enter: () => byId("inspector").querySelector("input, select, button")?.focus(), t: () => this.selected.size && this.goTo(this.nodes[[...this.selected][0]]),
             0: () => this.drawing.fit(), "+": () => this.drawing.zoom(1.25), "-": () => this.drawing.zoom(0.8), Escape: () => this.select(null),
         };
-        if (mod && key === "z") (event.shiftKey ? this.redo() : this.undo());
+        const carry = mod && { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[key];
+        if (carry) this.stands.nudge(...carry);
+        else if (mod && key === "d") this.clips.duplicate();
+        else if (mod && key === "a") this.chooseAll(this.nodes.map((node) => node.id));
+        else if (mod && key === "z") (event.shiftKey ? this.redo() : this.undo());
         else if (mod && key === "y") this.redo();
         else if (mod && key === "s") this.editor.save();
         else if (!mod && keys[key]) keys[key]();
@@ -336,54 +360,7 @@ export class GraphPane {
 
     listen() {
         const root = byId("graph_svg");
-        let hold = null;
-        const fingers = new Map();  // that are down, by their number
-        root.addEventListener("pointerdown", (event) => {
-            root.focus({ preventScroll: true });
-            fingers.set(event.pointerId, event);
-            root.setPointerCapture(event.pointerId);
-            if (fingers.size > 1) {
-                hold = null;
-                return this.drawing.drag(null);
-            }
-            const at = this.drawing.at(event.clientX, event.clientY);
-            hold = { x: event.clientX, y: event.clientY, moved: false, ...at };
-        });
-        root.addEventListener("pointermove", (event) => {
-            if (fingers.size === 2 && fingers.has(event.pointerId)) {
-                const before = [...fingers.values()];
-                fingers.set(event.pointerId, event);
-                this.drawing.pinch(before, [...fingers.values()]);
-            }
-            if (!hold) return;
-            if (Math.hypot(event.clientX - hold.x, event.clientY - hold.y) > 4) hold.moved = true;
-            if (!hold.moved) return;
-            const node = hold.node === undefined ? null : this.nodes[hold.node];
-            if (node && hold.output !== undefined) this.drawing.drag(this.drawing.outputAt(node, hold.output), this.drawing.toWorld(event.clientX, event.clientY));
-            else if (node && hold.dot && node.ports[hold.port].from !== undefined) {
-                const port = node.ports[hold.port];
-                this.drawing.drag(this.drawing.outputAt(this.nodes[port.from], port.output), this.drawing.toWorld(event.clientX, event.clientY));
-            } else this.drawing.move(event.movementX, event.movementY);
-        });
-        root.addEventListener("pointerup", (event) => {
-            const was = hold;
-            hold = null;
-            fingers.delete(event.pointerId);
-            this.drawing.drag(null);
-            if (!was) return;
-            if (!was.moved) return this.click(was, event.shiftKey);
-            this.drop(was, this.drawing.at(event.clientX, event.clientY));
-        });
-        root.addEventListener("pointercancel", (event) => { hold = null; fingers.delete(event.pointerId); this.drawing.drag(null); });
-        root.addEventListener("dblclick", (event) => {
-            const at = this.drawing.at(event.clientX, event.clientY);
-            if (at?.node !== undefined && !at.wire) this.goTo(this.nodes[at.node]);
-            else if (at?.wire) this.openPalette();
-        });
-        root.addEventListener("wheel", (event) => {
-            event.preventDefault();
-            this.drawing.zoom(Math.exp(-event.deltaY / 400), event.clientX, event.clientY);
-        }, { passive: false });
+        new GraphHand(root, this.drawing, this);
         root.addEventListener("keydown", (event) => this.key(event));
         // Back to the graph, with the input that was edited still chosen: Delete and Add are about it.
         byId("inspector").addEventListener("keydown", (event) => {
@@ -391,18 +368,10 @@ export class GraphPane {
             event.stopPropagation();
             root.focus();
         });
-        root.addEventListener("dragover", (event) => event.preventDefault());
-        root.addEventListener("drop", (event) => {
-            event.preventDefault();
-            const text = event.dataTransfer.getData("text/x-openfl");
-            if (!text) return;
-            const at = this.drawing.at(event.clientX, event.clientY);
-            this.port = at?.port === undefined ? null : { node: at.node, port: at.port };
-            this.add(JSON.parse(text));
-        });
         for (const [id, does] of Object.entries({
-            graph_button: () => this.toggle(), graph_add: () => this.openPalette(), graph_group: () => this.group(), graph_undo: () => this.undo(), graph_redo: () => this.redo(),
-            graph_fit: () => this.drawing.fit(), graph_delete: () => this.remove(), graph_look: () => this.toggleLooks(),
+            graph_add: () => this.openPalette(), graph_group: () => this.group(), graph_undo: () => this.undo(), graph_redo: () => this.redo(),
+            graph_fit: () => this.drawing.fit(), graph_delete: () => this.remove(), graph_look: () => this.toggleLooks(), graph_copy: () => this.clips.copy(), graph_paste: () => this.clips.paste(),
+            graph_frame: () => this.stands.frame(), graph_fold: () => this.stands.fold(), graph_tidy: () => this.stands.tidy(),
         })) byId(id).addEventListener("click", does);
         byId("graph_over").addEventListener("change", (event) => this.looks.setOver(event.target.value));
         byId("source").addEventListener("input", () => {
@@ -410,10 +379,20 @@ export class GraphPane {
             clearTimeout(this.drawing_soon);
             this.drawing_soon = setTimeout(() => this.draw(), kDrawMs);
         });
-        this.editor.onload = () => this.draw();
+        this.editor.onload = () => this.stands.load().then(() => this.draw());
+        this.editor.onstep = () => this.stands.stepped();
+    }
+
+    chooseAll(ids) {
+        this.selected = new Set(ids);
+        this.port = null;
+        this.drawing.select(this.selected, null);
+        this.inspector.show(this.graph, this.tab, this.selected, null);
     }
 
     click(at, more) {
+        if (at.fold) return this.stands.foldFrame(at.frame);
+        if (at.frame !== undefined) return this.chooseAll(this.drawing.placed.frames[at.frame].nodes);
         if (at.node === undefined) return this.select(null);
         this.select(at.node, more && !at.wire);
         if (at.port !== undefined && this.selected.size === 1) {
@@ -422,16 +401,14 @@ export class GraphPane {
         }
     }
 
-    /** What was dragged, let go at a place. */
+    /** A wire was dragged from an output or an input, and let go at what is `at`. */
     drop(was, at) {
-        const node = was.node === undefined ? null : this.nodes[was.node];
-        if (!node) return;
+        const node = this.nodes[was.node];
         const onPort = at?.port !== undefined ? { node: at.node, port: at.port } : null;
         if (was.output !== undefined) {
             if (onPort) this.act({ do: "connect", from: was.node, output: was.output, ...onPort });
             return;
         }
-        if (!was.dot) return;
         const port = node.ports[was.port];
         if (port.from === undefined || (onPort && onPort.node === was.node && onPort.port === was.port)) return;
         if (onPort) this.act({ do: "connect", from: port.from, output: port.output, ...onPort });

@@ -1,10 +1,14 @@
 // Draws a graph as SVG, moves and scales the drawing, and says what is at a point of it.
 
-import { heightOf, kSize, layout, rowsEnd } from "./graph_layout.js";
+import { heightOf, kSize, rowsEnd } from "./graph_layout.js";
 import { curvePaths, membersOf, short } from "./graph_look.js";
+import { arrange } from "./graph_places.js";
 
 const kSvg = "http://www.w3.org/2000/svg";
-const kSettleMs = 200, kLeast = 0.12, kFar = 0.4, kReadable = 0.62;
+const kSettleMs = 200, kLeast = 0.12;
+/** From these scales on, titles have letters of a size, in the drawing's units, of which a node holds so many: never below 10 px. */
+const kBands = [{ scale: 10 / 11, letters: 20 }, { scale: 0.58, letters: 14 }, { scale: 0.37, letters: 9 }, { scale: 0, letters: 0 }];
+const kReadable = kBands[0].scale;
 
 function svg(name, attributes = {}, ...children) {
     const made = document.createElementNS(kSvg, name);
@@ -13,7 +17,7 @@ function svg(name, attributes = {}, ...children) {
     return made;
 }
 
-const clip = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);
+const clip = (text, most) => (text.length > most ? `${text.slice(0, Math.max(most - 1, 0))}${most ? "…" : ""}` : text);
 
 /** What a node is called: the variable it holds, and what computes it. */
 export function titleOf(node) {
@@ -35,24 +39,32 @@ export class GraphDrawing {
     constructor(root) {
         this.root = root;
         this.world = svg("svg");
+        this.frames = svg("g", { class: "frames" });
         this.wires = svg("g", { class: "wires" });
         this.nodes = svg("g", { class: "nodes" });
         this.loose = svg("path", { class: "loose" });
-        this.world.append(this.wires, this.nodes, this.loose);
+        this.lasso = svg("rect", { class: "lasso", visibility: "hidden" });
+        this.inner = svg("g", {}, this.frames, this.wires, this.nodes, this.loose, this.lasso);
+        this.world.append(this.inner);
         root.append(this.world);
         this.view = { x: 20, y: 20, scale: 1 };
         this.tab = null;
+        this.band = 0;
+        this.onmove = () => {};
     }
 
-    /** Shows a tab; `marked` are nodes with troubles by line, of a text that could not be drawn. */
-    show(tab, selected, port, marked = new Map()) {
+    /** Shows a tab with its nodes where `own` says (graph_places.js); `marked` are nodes with troubles by line, of a text that
+     *  could not be drawn. */
+    show(tab, keys, own, selected, port, marked = new Map()) {
         this.tab = tab;
-        this.placed = layout(tab.nodes);
-        this.world.setAttribute("width", Math.max(this.placed.width, 1));
-        this.world.setAttribute("height", Math.max(this.placed.height, 1));
+        const folded = new Set(own.folded);
+        for (const node of tab.nodes) node.folded = folded.has(keys[node.id]);
+        this.placed = arrange(tab.nodes, keys, own);
+        this.fitSheet();
+        this.frames.replaceChildren(...this.placed.frames.map((frame, i) => this.frame(frame, i)));
         // A click gives the focus to a node, which is drawn anew: keys go on to the graph.
         const focused = this.nodes.contains(document.activeElement);
-        this.nodes.replaceChildren(...tab.nodes.map((node) => this.node(node, marked.get(node.id))));
+        this.nodes.replaceChildren(...tab.nodes.filter((node) => !this.placed.hiddenIn.has(node.id)).map((node) => this.node(node, marked.get(node.id))));
         if (focused) this.root.focus({ preventScroll: true });
         this.wires.replaceChildren(...tab.nodes.flatMap((node) => node.ports.map((one, i) => this.wire(node, one, i)).filter(Boolean)));
         this.select(selected, port);
@@ -64,7 +76,7 @@ export class GraphDrawing {
         for (const made of this.nodes.children) {
             const node = this.tab.nodes[made.dataset.node];
             made.querySelector(".look")?.remove();
-            if (node.look) made.append(this.look(node, lookOf(node)));
+            if (node.look && !node.folded) made.append(this.look(node, lookOf(node)));
         }
         for (const wire of this.wires.children) {
             const port = this.tab.nodes[wire.dataset.node].ports[wire.dataset.port];
@@ -114,18 +126,26 @@ export class GraphDrawing {
             for (const row of one.querySelectorAll("[data-port]"))
                 row.classList.toggle("selected", port !== null && Number(one.dataset.node) === port?.node && Number(row.dataset.port) === port.port);
         }
+        for (const one of this.frames.children) {
+            const { folded, nodes } = this.placed.frames[one.dataset.frame];
+            one.classList.toggle("selected", folded && nodes.some((id) => selected.has(id)));
+        }
         for (const wire of this.wires.children)
             wire.classList.toggle("selected", port !== null && Number(wire.dataset.node) === port?.node && Number(wire.dataset.port) === port.port);
     }
 
+    /** Where wires of a node all meet, if it is folded. */
+    isNarrow(node) { return node.folded || this.placed.hiddenIn.has(node.id); }
+
     portAt(node, i) {
         const { x, y } = this.placed.at[node.id];
+        if (this.isNarrow(node)) return { x, y: y + kSize.head / 2 };
         return { x, y: y + kSize.head + (i + 0.5) * kSize.row };
     }
 
     outputAt(node, i) {
         const { x, y } = this.placed.at[node.id];
-        return { x: x + kSize.width, y: i === 0 ? y + kSize.head / 2 : y + kSize.head + (i - 0.5) * kSize.row };
+        return { x: x + kSize.width, y: i === 0 || this.isNarrow(node) ? y + kSize.head / 2 : y + kSize.head + (i - 0.5) * kSize.row };
     }
 
     static path(from, to) {
@@ -136,10 +156,12 @@ export class GraphDrawing {
     wire(node, port, i) {
         if (port.from === undefined) return null;
         const from = this.tab.nodes[port.from];
+        const hidden = this.placed.hiddenIn.get(node.id);
+        if (hidden !== undefined && hidden === this.placed.hiddenIn.get(from.id)) return null;
         const d = GraphDrawing.path(this.outputAt(from, port.output), this.portAt(node, i));
         const type = from.outputs[port.output]?.type ?? "";
         // A wide one below is easier to hit.
-        return svg("g", { class: `wire ${familyOf(type)}`, "data-node": node.id, "data-port": i },
+        return svg("g", { class: `wire ${familyOf(type)}`, "data-node": node.id, "data-port": i, "data-from": from.id },
             svg("path", { class: "hit", d }), svg("path", { d }));
     }
 
@@ -150,13 +172,18 @@ export class GraphDrawing {
         const warning = node.troubles?.[0]?.message;
         const made = svg("g", {
             class: `node ${node.kind} ${node.role ?? ""} ${wrong ? "wrong" : warning ? "warned" : ""}`, "data-node": node.id, transform: `translate(${x} ${y})`,
-            tabindex: -1, role: "button", "aria-label": `${titleOf(node)}${wrong ? `, ${wrong}` : ""}`,
+            tabindex: -1, role: "button", "aria-label": `${titleOf(node)}${node.folded ? ", collapsed" : ""}${wrong ? `, ${wrong}` : ""}`,
         });
         made.append(
             svg("rect", { class: "box", width: kSize.width, height, rx: 5 }),
             svg("path", { class: "head", d: `M0 ${kSize.head} V5 A5 5 0 0 1 5 0 H${kSize.width - 5} A5 5 0 0 1 ${kSize.width} 5 V${kSize.head} Z` }),
-            svg("text", { class: "title", x: 10, y: 16 }, clip(titleOf(node), 22)));
+            svg("text", { class: "title", x: 10, y: 16 }, clip(titleOf(node), kBands[this.band].letters)));
         if (wrong || warning || node.help || node.kind === "opaque") made.append(svg("title", {}, wrong ?? warning ?? (node.kind === "opaque" ? node.text : node.help)));
+        if (node.folded) {
+            const of = (list, way, x) => (list.length ? [svg("circle", { class: `${way} ${familyOf(list[0].type || list[0].wants)}`, cx: x, cy: kSize.head / 2, r: 5, "data-output": way === "out" && 0 })] : []);
+            made.append(...of(node.ports, "in", 0), ...of(node.outputs, "out", kSize.width));
+            return made;
+        }
         node.ports.forEach((port, i) => made.append(this.port(port, i)));
         node.outputs.forEach((output, i) => {
             const at = this.outputAt(node, i);
@@ -164,6 +191,15 @@ export class GraphDrawing {
             if (i > 0) made.append(svg("text", { class: "value", x: kSize.width - 10, y: at.y - y + 4, "text-anchor": "end" }, clip(output.name, 14)));
         });
         if (node.kind === "opaque" && !node.ports.length) made.append(svg("text", { class: "value", x: 10, y: kSize.head + 14 }, "…"));
+        return made;
+    }
+
+    frame({ name, folded, nodes, box }, i) {
+        const made = svg("g", { class: `frame ${folded ? "folded" : ""}`, "data-frame": i, transform: `translate(${box.x} ${box.y})` });
+        if (nodes.length === 0) return made;
+        made.append(svg("rect", { class: "sheet", width: box.width, height: box.height, rx: 6 }), svg("rect", { class: "bar", width: box.width, height: kSize.head, rx: 6 }),
+            svg("text", { class: "fold", x: 9, y: 16 }, folded ? "▸" : "▾"), svg("rect", { class: "hit", width: 26, height: kSize.head, "data-fold": i }, svg("title", {}, folded ? "Expand (Shift+C)" : "Collapse (Shift+C)")),
+            svg("text", { class: "title", x: 28, y: 16 }, clip(folded ? `${name} (${nodes.length})` : name, folded ? 17 : Math.floor(box.width / 8))));
         return made;
     }
 
@@ -182,6 +218,8 @@ export class GraphDrawing {
         const hit = document.elementFromPoint(clientX, clientY);
         if (!hit || !this.root.contains(hit)) return null;
         const holder = hit.closest("[data-node]");
+        const frame = hit.closest("[data-frame]");
+        if (!holder && frame && !hit.classList.contains("sheet")) return { frame: Number(frame.dataset.frame), fold: hit.dataset.fold !== undefined };
         if (!holder) return {};
         const found = { node: Number(holder.dataset.node), wire: holder.classList.contains("wire") };
         const port = found.wire ? holder : hit.closest("[data-port]");
@@ -229,12 +267,82 @@ export class GraphDrawing {
     fit(readable = false) {
         const box = this.root.getBoundingClientRect();
         if (!this.placed || !box.width) return;
-        const scale = Math.min(1, (box.width - 40) / Math.max(this.placed.width, 1), (box.height - 40) / Math.max(this.placed.height, 1));
+        const { x, y, width, height } = this.placed.bounds;
+        const scale = Math.min(1, (box.width - 40) / Math.max(width, 1), (box.height - 40) / Math.max(height, 1));
         const used = Math.max(scale, readable ? kReadable : kLeast);
-        const left = (box.width - this.placed.width * used) / 2;
-        this.view = { scale: used, x: Math.min(left, box.width - 20 - this.placed.width * used), y: Math.max(20, (box.height - this.placed.height * used) / 2) };
-        if (left >= 0) this.view.x = left;
+        const left = (box.width - width * used) / 2;
+        const at = { x: left >= 0 ? left : box.width - 20 - width * used, y: Math.max(20, (box.height - height * used) / 2) };
+        // Where it is higher than the window, the result is what is seen.
+        const result = this.placed.at.at(-1);
+        if (height * used > box.height - 40 && result) at.y = Math.min(20, Math.max(box.height - 20 - height * used, box.height / 2 - (result.y - y) * used));
+        this.view = { scale: used, x: at.x - x * used, y: at.y - y * used };
         this.apply();
+    }
+
+    /** The part of the drawing that is in view. */
+    window() {
+        const { x, y, scale } = this.view;
+        return { x: -x / scale, y: -y / scale, width: this.root.clientWidth / scale, height: this.root.clientHeight / scale };
+    }
+
+    /** Brings a point of the drawing to the middle. */
+    center({ x, y }) {
+        this.view.x = this.root.clientWidth / 2 - x * this.view.scale;
+        this.view.y = this.root.clientHeight / 2 - y * this.view.scale;
+        this.apply();
+    }
+
+    /** A rectangle between two points of the screen, and the nodes that it meets; null: none. */
+    showLasso(from, to) {
+        this.lasso.setAttribute("visibility", from ? "visible" : "hidden");
+        if (!from) return [];
+        const [a, b] = [this.toWorld(from.x, from.y), this.toWorld(to.x, to.y)];
+        const box = { x: Math.min(a.x, b.x), y: Math.min(a.y, b.y), width: Math.abs(a.x - b.x), height: Math.abs(a.y - b.y) };
+        for (const [name, value] of Object.entries(box)) this.lasso.setAttribute(name, value);
+        return this.tab.nodes.filter(({ id }) => {
+            const at = this.placed.at[id];
+            return !this.placed.hiddenIn.has(id) && at.x < box.x + box.width && box.x < at.x + kSize.width && at.y < box.y + box.height && box.y < at.y + heightOf(this.tab.nodes[id]);
+        }).map((node) => node.id);
+    }
+
+    /** Moves nodes, as a hand drags them: they and their wires alone are drawn anew. */
+    carry(ids, dx, dy) {
+        const moved = new Set(ids);
+        for (const id of moved) this.placed.at[id] = { x: this.placed.at[id].x + dx, y: this.placed.at[id].y + dy };
+        for (const one of this.nodes.children) {
+            const id = Number(one.dataset.node);
+            if (moved.has(id)) one.setAttribute("transform", `translate(${this.placed.at[id].x} ${this.placed.at[id].y})`);
+        }
+        for (const wire of this.wires.children) {
+            const [to, from] = [Number(wire.dataset.node), Number(wire.dataset.from)];
+            if (!moved.has(to) && !moved.has(from)) continue;
+            const node = this.tab.nodes[to], i = Number(wire.dataset.port);
+            const d = GraphDrawing.path(this.outputAt(this.tab.nodes[from], node.ports[i].output), this.portAt(node, i));
+            for (const path of wire.querySelectorAll("path")) path.setAttribute("d", d);
+        }
+        this.placed.frames.forEach((frame, i) => {
+            if (!frame.nodes.length || !frame.nodes.every((id) => moved.has(id))) return;
+            frame.box = { ...frame.box, x: frame.box.x + dx, y: frame.box.y + dy };
+            this.frames.children[i].setAttribute("transform", `translate(${frame.box.x} ${frame.box.y})`);
+        });
+        this.onmove();
+    }
+
+    /** The SVG is as large as what is drawn, wherever that begins. */
+    fitSheet() {
+        const { x, y, width, height } = this.placed.bounds;
+        this.world.setAttribute("width", Math.max(width, 1));
+        this.world.setAttribute("height", Math.max(height, 1));
+        this.inner.setAttribute("transform", `translate(${-x} ${-y})`);
+        this.apply();
+    }
+
+    /** Letters keep their size on the screen, as far as nodes have room for them. */
+    setBand(band) {
+        if (band === this.band) return;
+        this.band = band;
+        this.root.dataset.band = band;
+        for (const made of this.nodes.children) made.querySelector(".title").textContent = clip(titleOf(this.tab.nodes[made.dataset.node]), kBands[band].letters);
     }
 
     /** Whether some of a node is in view. */
@@ -256,12 +364,13 @@ export class GraphDrawing {
     }
 
     apply() {
-        // What is too small to read need not be drawn.
-        this.root.classList.toggle("far", this.view.scale < kFar);
+        this.setBand(kBands.findIndex((band) => this.view.scale >= band.scale - 1e-6));
+        this.onmove();
+        const { x, y } = this.placed?.bounds ?? { x: 0, y: 0 };
         // While it moves it is a picture of its own, which need not be drawn anew; then it becomes sharp.
         this.world.style.willChange = "transform";
         clearTimeout(this.settling);
         this.settling = setTimeout(() => { this.world.style.willChange = "auto"; }, kSettleMs);
-        this.world.style.transform = `translate(${this.view.x}px, ${this.view.y}px) scale(${this.view.scale})`;
+        this.world.style.transform = `translate(${this.view.x + x * this.view.scale}px, ${this.view.y + y * this.view.scale}px) scale(${this.view.scale})`;
     }
 }

@@ -35,7 +35,7 @@ export class GraphInspector {
         host.replaceChildren();
         if (!tab) return;
         if (selected.size !== 1) {
-            host.append(element("p", { class: "hint" }, selected.size ? `${selected.size} nodes are chosen: G makes a function of them.` : "Choose a node to see what goes into it. A adds one."));
+            host.append(element("p", { class: "hint" }, selected.size ? `${selected.size} nodes are chosen: G makes a function of them, F a frame around them, C collapses them.` : "Choose a node to see what goes into it. A, or a double click, adds one."));
             if (selected.size === 0) host.append(...this.uniforms(tab));
             return;
         }

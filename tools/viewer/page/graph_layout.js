@@ -8,8 +8,9 @@ export function rowsEnd(node) {
     return kSize.head + Math.max(node.ports.length, node.outputs.length - 1, node.kind === "opaque" ? 1 : 0) * kSize.row;
 }
 
-/** With room for its picture, if it has one. */
+/** With room for its picture, if it has one; of a folded one its head. */
 export function heightOf(node) {
+    if (node.folded) return kSize.head;
     return rowsEnd(node) + 4 + (node.look ? kSize.look : 0);
 }
 

@@ -1,17 +1,21 @@
-// What can be added to a graph: a list that is searched, taken by Enter, a click or a drag.
+// What can be added to a graph: categories, and a list that is searched, taken by Enter, a click or a drag. It stands beside
+// the graph; in a narrow window above it, and steps aside while one drags.
 
 import { element } from "./format.js";
+import { categoryOf, kCategories, plainWords, rate } from "./palette_words.js";
 
 const byId = (id) => document.getElementById(id);
 const kMost = 80;
 
 export class GraphPalette {
-    /** `take` gets the entry that was chosen; `picture` asks what one looks like. */
-    constructor(take, picture) {
-        this.take = take;
+    /** `take` gets the entry that was chosen; `picture` asks what one looks like; `moved` hears how far the graph went. */
+    constructor(take, picture, moved) {
+        Object.assign(this, { take, moved });
         this.pictures = new PictureQueue(picture);
         this.entries = [];
+        this.category = null;
         byId("palette_search").addEventListener("input", () => this.show());
+        byId("palette_back").addEventListener("click", () => { this.choose(null); byId("palette_search").focus(); });
         byId("palette").addEventListener("keydown", (event) => this.key(event));
         byId("palette_close").addEventListener("click", () => this.close());
     }
@@ -22,56 +26,110 @@ export class GraphPalette {
         this.entries = entries;
         this.wanted = wanted;  // the type that a wire brings, where one is chosen
         byId("palette_for").textContent = wanted ? `on the wire of a ${wanted}` : "";
-        byId("palette").hidden = false;
+        this.setOpen(true);
         byId("palette_search").value = "";
-        this.show();
+        this.choose(null);
         byId("palette_search").focus();
     }
 
-    close() {
-        byId("palette").hidden = true;
+    close() { this.setOpen(false); }
+
+    /** The graph beside it stays where it is on the screen. */
+    setOpen(open) {
+        const host = byId("graph_svg");
+        const before = host.getBoundingClientRect().left;
+        byId("palette").hidden = !open;
+        this.moved(before - host.getBoundingClientRect().left);
     }
 
-    /** Those whose name begins with what is searched for come first, then those that say it anywhere. */
+    choose(category) {
+        this.category = category;
+        this.show();
+    }
+
+    /** Those that fit best come first. */
     found() {
         const words = byId("palette_search").value.toLowerCase().split(/\s+/).filter(Boolean);
         const rated = [];
         for (const entry of this.entries) {
-            const name = entry.name.toLowerCase();
-            const all = `${name} ${entry.module} ${entry.signature} ${entry.help}`.toLowerCase();
-            if (!words.every((word) => all.includes(word))) continue;
             if (this.wanted && !entry.parameters.some((p) => mayTake(p.type, this.wanted))) continue;
-            const rate = words.length === 0 ? 0 : name === words[0] ? 0 : name.startsWith(words[0]) ? 1 : name.includes(words[0]) ? 2 : entry.module.includes(words[0]) ? 3 : 4;
-            rated.push([rate, entry]);
+            if (this.category && categoryOf(entry) !== this.category) continue;
+            const rated_as = rate(entry, words);
+            if (rated_as >= 0) rated.push([rated_as, entry]);
         }
         return rated.sort((a, b) => a[0] - b[0]).map(([, entry]) => entry);
     }
 
     show() {
+        const searched = byId("palette_search").value.trim() !== "";
+        const tiles = !searched && !this.category;
         const found = this.found();
         this.pictures.forget();
-        byId("palette_list").replaceChildren(...found.slice(0, kMost).map((entry) => this.item(entry)));
-        byId("palette_count").textContent = found.length > kMost ? `${found.length} found, the first ${kMost} shown` : `${found.length} found`;
+        const list = byId("palette_list");
+        list.classList.toggle("tiles", tiles);
+        list.replaceChildren(...(tiles ? this.tiles(found) : found.slice(0, kMost).map((entry, i, all) => this.item(entry, all.filter((one) => one.name === entry.name).length > 1))));
+        list.scrollTop = 0;
+        byId("palette_back").hidden = !this.category;
+        const count = found.length > kMost ? `${found.length} found, the first ${kMost} shown` : `${found.length} found`;
+        byId("palette_count").textContent = tiles ? "choose, or search" : this.category ? `${this.category.name}: ${count}` : count;
+        this.tell(null);
     }
 
-    item(entry) {
-        const made = element("button", { class: `entry ${entry.kind}`, draggable: "true", title: entry.help, onclick: () => this.take(entry) },
-            this.pictures.of(entry), element("b", {}, entry.name), element("span", { class: "signature" }, entry.signature),
-            element("span", { class: "origin" }, [entry.module || entry.kind, entry.ns === undefined ? "" : `${Number(entry.ns.toPrecision(2))} ns`].filter(Boolean).join(" · ")));
+    /** A button for each category that has entries. */
+    tiles(found) {
+        const counts = new Map();
+        for (const entry of found) counts.set(categoryOf(entry), (counts.get(categoryOf(entry)) ?? 0) + 1);
+        return kCategories.filter((one) => counts.has(one)).map((one) => {
+            const shown = this.entries.find((entry) => entry.name === one.shows) ?? found.find((entry) => categoryOf(entry) === one);
+            return element("li", {}, element("button", { class: "tile", onclick: () => { this.choose(one); byId("palette_list").querySelector("button")?.focus(); } },
+                this.pictures.of(shown), element("b", {}, one.name), element("span", { class: "plain" }, one.about), element("span", { class: "origin" }, String(counts.get(one)))));
+        });
+    }
+
+    /** Signature, cost and help of the entry that is pointed at, or has the focus. */
+    tell(entry) {
+        const cost = entry?.ns === undefined ? "" : `${Number(entry.ns.toPrecision(2))} ns a voxel`;
+        byId("palette_more").replaceChildren(...(entry ? [element("code", {}, entry.signature), element("span", { class: "origin" }, [entry.module && `module ${entry.module}`, cost].filter(Boolean).join(" · ")),
+            element("p", {}, entry.help.replace(/```openfl\n?|```\n?/g, "").trim())] : []));
+        byId("palette_more").hidden = !entry;
+    }
+
+    /** `of_several` with the same name: then it says what it takes. */
+    item(entry, of_several) {
+        const made = element("button", { class: `entry ${entry.kind}`, draggable: "true", onclick: () => this.take(entry), onfocus: () => this.tell(entry), onpointerenter: () => this.tell(entry) },
+            this.pictures.of(entry), element("b", {}, entry.name), element("span", { class: "origin" }, of_several ? entry.parameters.map((p) => p.type).join(", ") : ""), element("span", { class: "plain" }, plainWords(entry)));
         made.addEventListener("dragstart", (event) => {
             event.dataTransfer.setData("text/x-openfl", JSON.stringify({ signature: entry.signature, module: entry.module }));
             event.dataTransfer.effectAllowed = "copy";
+            // Not before the browser has its picture of what is dragged.
+            setTimeout(() => document.body.classList.add("dragging_entry"));
         });
+        made.addEventListener("dragend", () => document.body.classList.remove("dragging_entry"));
         return element("li", {}, made);
+    }
+
+    /** How many stand beside each other. */
+    across(items) {
+        const top = items[0]?.offsetTop;
+        return Math.max(1, items.filter((one) => one.offsetTop === top).length);
     }
 
     key(event) {
         const items = [...byId("palette_list").querySelectorAll("button")];
         const at = items.indexOf(document.activeElement);
-        if (event.key === "Escape") this.close();
+        if (event.key === "Escape" && (this.category || byId("palette_search").value)) {
+            byId("palette_search").value = "";
+            this.choose(null);
+            byId("palette_search").focus();
+        } else if (event.key === "Escape") {
+            this.close();
+            byId("graph_svg").focus();
+        }
         else if (event.key === "Enter" && document.activeElement === byId("palette_search")) items[0]?.click();
-        else if (event.key === "ArrowDown") items[Math.min(at + 1, items.length - 1)]?.focus();
-        else if (event.key === "ArrowUp") (at > 0 ? items[at - 1] : byId("palette_search")).focus();
+        else if (event.key === "ArrowDown") items[Math.min(at < 0 ? 0 : at + this.across(items), items.length - 1)]?.focus();
+        else if (event.key === "ArrowUp") (at >= this.across(items) ? items[at - this.across(items)] : byId("palette_search")).focus();
+        else if (at >= 0 && event.key === "ArrowRight") items[Math.min(at + 1, items.length - 1)].focus();
+        else if (at >= 0 && event.key === "ArrowLeft") items[Math.max(at - 1, 0)].focus();
         else return;
         event.preventDefault();
         event.stopPropagation();

@@ -25,7 +25,7 @@ export class LivePanel {
             }
         };
         this.uniforms = new Uniforms(run("uniforms_trouble"));
-        this.files = new Files(run("uniforms_trouble"));
+        this.files = new Files(run("files_trouble"));
         this.editor = new Editor(run("editor_trouble"));
         this.graph = new GraphPane(this.editor, tell((text) => this.graph.say(text)),
             { colorOf: (uniform) => colorOfMaterial(this.boundTo(uniform)), boundTo: (uniform) => this.boundTo(uniform) });

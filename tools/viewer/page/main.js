@@ -10,6 +10,7 @@ import { listenToKeys } from "./keys.js";
 import { LivePanel } from "./live.js";
 import { Measure } from "./measure.js";
 import { Panels } from "./panels.js";
+import { Pane } from "./panes.js";
 import { savePicture } from "./picture.js";
 import { PlaneView } from "./plane.js";
 import { VolumeView } from "./volume.js";
@@ -283,7 +284,7 @@ async function findOpening() {
 function showState(state) {
     const before = model.state;
     model.state = state;
-    byId("live").hidden = !state.live?.watch;
+    for (const id of ["live", "modes"]) byId(id).hidden = !state.live?.watch;
     live.showState(state.live);
     if (state.live?.phase === "failed" && !state.live.watch) notice(state.live.message);
     const print = model.print();
@@ -310,7 +311,11 @@ function showState(state) {
         model.picked = null;
     }
     if (!old) notice(print.whole ? "" : "waiting for the first slices …");
-    if (!old) applyAddress(readAddress());
+    if (!old) {
+        // A part is looked at as one; two prints, or without WebGL2, by slices.
+        if (!state.prints[1] && VolumeView.canDraw()) setView("3");
+        applyAddress(readAddress());
+    }
     if (model.chosen) show();
     else findOpening().then(show);
 }
@@ -329,6 +334,8 @@ byId("save_picture").addEventListener("click", save);
 byId("help_button").addEventListener("click", () => byId("help").showModal());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
+if (matchMedia("(max-width: 1199px)").matches && matchMedia("(min-width: 901px)").matches) byId("details").hidden = true;
+new Pane("details");
 setView("z");
 check("[data-print]", (button) => button.dataset.print === "0");
 follower.refresh();

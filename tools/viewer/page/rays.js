@@ -17,7 +17,17 @@ uniform vec2 half_mm, pixels, middle_mm;
 uniform float step_mm;
 uniform vec3 cell_mm;
 out vec4 result;
-vec4 at(vec3 p) { return texture(cells, p / size_mm + 0.5); }
+vec4 at(vec3 p) { return textureLod(cells, p / size_mm + 0.5, 0.0); }
+/** How open a place is to light from all around, 0 to 1: what stands before it, seen coarser the farther it is. */
+float open_to_light(vec3 p, vec3 normal) {
+    float cell = max(cell_mm.x, max(cell_mm.y, cell_mm.z)), shut = 0.0, weight = 1.0;
+    for (int i = 1; i <= 4; ++i) {
+        float reach = exp2(float(i)) * cell;
+        shut += weight * textureLod(cells, (p + normal * reach) / size_mm + 0.5, float(i) - 1.0).a;
+        weight *= 0.75;
+    }
+    return 1.0 - min(0.62 * shut, 0.85);
+}
 void main() {
     vec2 screen = (gl_FragCoord.xy / pixels * 2.0 - 1.0) * half_mm - middle_mm;
     vec3 from = right * screen.x + up * screen.y;
@@ -49,10 +59,14 @@ void main() {
                            at(p + vec3(0, 0, d.z)).a - at(p - vec3(0, 0, d.z)).a) / d;
             float length2 = dot(normal, normal);
             normal = length2 > 1e-8 ? normal * inversesqrt(length2) : towards;
-            float facing = max(dot(normal, towards), 0.0);
-            lit = 0.42 + 0.5 * max(dot(normal, light), 0.0) + 0.12 * facing;
-            // Black things have a form, too.
-            rim = 0.05 * max(dot(normal, light), 0.0) + 0.16 * pow(1.0 - facing, 3.0);
+            float facing = max(dot(normal, towards), 0.0), direct = max(dot(normal, light), 0.0);
+            float ambient = open_to_light(p, normal);
+            // A sky above, a floor below; white stays below white, so that it has a form.
+            float sky = 0.5 + 0.5 * normal.z;
+            lit = ambient * (0.26 + 0.16 * sky) + 0.5 * direct * mix(0.6, 1.0, ambient) + 0.06 * facing;
+            // Black has one by what it mirrors.
+            vec3 mirrored = reflect(-towards, normal);
+            rim = ambient * (0.035 + 0.07 * smoothstep(-0.2, 0.9, mirrored.z) + 0.13 * pow(1.0 - facing, 3.0) + 0.1 * pow(max(dot(mirrored, light), 0.0), 12.0));
         }
         first = false;
         color += through * hidden * min(cell.rgb * lit + rim * cell.a, vec3(1.0));

@@ -1,13 +1,16 @@
-// Undo and redo of one text that is both typed and edited by the graph. Nothing here touches the page.
+// Undo and redo of one text that is both typed and edited by the graph, and of what stands beside it: where a hand has put
+// its nodes. Nothing here touches the page.
 
 const kTogetherMs = 800, kMost = 500, kMostCharacters = 16 << 20;
 
 export class TextHistory {
-    constructor(text = "") { this.reset(text); }
+    /** `beside` is any value, never changed but for another one. */
+    constructor(text = "", beside = null) { this.reset(text, beside); }
 
     /** Forgets all but this. */
-    reset(text) {
+    reset(text, beside = this.beside) {
         this.now = text;
+        this.beside = beside;
         this.past = [];
         this.future = [];
         this.open = -Infinity;  // when the last letter was typed of a step that more letters may join
@@ -21,12 +24,21 @@ export class TextHistory {
     record(text, typedAt = null) {
         if (text === this.now) return;
         const joins = typedAt !== null && typedAt - this.open < kTogetherMs && this.past.length > 0;
-        if (!joins) this.past.push(this.now);
+        if (!joins) this.past.push({ text: this.now, beside: this.beside });
         this.now = text;
         this.future = [];
         this.open = typedAt ?? -Infinity;
-        let characters = this.past.reduce((sum, one) => sum + one.length, 0);
-        while (this.past.length > kMost || (characters > kMostCharacters && this.past.length > 1)) characters -= this.past.shift().length;
+        let characters = this.past.reduce((sum, one) => sum + one.text.length, 0);
+        while (this.past.length > kMost || (characters > kMostCharacters && this.past.length > 1)) characters -= this.past.shift().text.length;
+    }
+
+    /** What stands beside the text is another: a step of its own. */
+    recordBeside(beside) {
+        this.past.push({ text: this.now, beside: this.beside });
+        if (this.past.length > kMost) this.past.shift();
+        this.beside = beside;
+        this.future = [];
+        this.open = -Infinity;
     }
 
     /** Makes one step of all since there were `depth`. */
@@ -37,8 +49,8 @@ export class TextHistory {
 
     step(from, to) {
         if (from.length === 0) return null;
-        to.push(this.now);
-        this.now = from.pop();
+        to.push({ text: this.now, beside: this.beside });
+        ({ text: this.now, beside: this.beside } = from.pop());
         this.open = -Infinity;
         return this.now;
     }

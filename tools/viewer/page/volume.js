@@ -10,6 +10,8 @@ import { axesOf, Scene } from "./scene.js";
 /** CSS pixels about a tip of the axes, or a drag that is still a click. */
 const kTip = 10;
 const kClick = 4;
+/** Of the first picture, which nobody has waited for a sharper one of. */
+const kFirstCoarse = 3;
 
 export class VolumeView {
     /** `model` has print(), palette(), which, at, picked and measure; `events` has pick, measure, hover, zoomed, moved, notice, fail. */
@@ -28,6 +30,8 @@ export class VolumeView {
         this.listen();
         new ResizeObserver(() => this.draw()).observe(canvas);
     }
+
+    static canDraw() { return document.createElement("canvas").getContext("webgl2") !== null; }
 
     start() {
         if (this.gl) return;
@@ -48,7 +52,7 @@ export class VolumeView {
         gl.useProgram(program);
         this.place = (name) => gl.getUniformLocation(program, name);
         gl.bindTexture(gl.TEXTURE_3D, gl.createTexture());
-        for (const [name, value] of [["MIN_FILTER", "LINEAR"], ["MAG_FILTER", "LINEAR"], ["WRAP_S", "CLAMP_TO_EDGE"], ["WRAP_T", "CLAMP_TO_EDGE"], ["WRAP_R", "CLAMP_TO_EDGE"]])
+        for (const [name, value] of [["MIN_FILTER", "LINEAR_MIPMAP_NEAREST"], ["MAG_FILTER", "LINEAR"], ["WRAP_S", "CLAMP_TO_EDGE"], ["WRAP_T", "CLAMP_TO_EDGE"], ["WRAP_R", "CLAMP_TO_EDGE"]])
             gl.texParameteri(gl.TEXTURE_3D, gl[`TEXTURE_${name}`], gl[value]);
     }
 
@@ -72,10 +76,12 @@ export class VolumeView {
                     const gl = this.gl;
                     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
                     gl.texImage3D(gl.TEXTURE_3D, 0, gl.RGBA8, cells[0], cells[1], cells[2], 0, gl.RGBA, gl.UNSIGNED_BYTE, got.bytes);
+                    gl.generateMipmap(gl.TEXTURE_3D);
                     this.bytes = got.bytes;
                     this.have = key;
                     this.step = got.step;
-                    this.draw();
+                    this.drawSoon(this.first ? this.coarseness : kFirstCoarse);
+                    this.first = true;
                 }
                 if (this.canvas.hidden) break;
                 this.events.notice(this.step === 0 ? "reading the print …" : "");
@@ -172,10 +178,15 @@ export class VolumeView {
             else if (took < 20) this.coarseness = Math.max(1, this.coarseness / 1.1);
         }
         this.last = now;
-        this.draw(this.coarseness);
+        this.drawSoon(this.coarseness);
+        this.events.moved();
+    }
+
+    /** Draws at once as coarse as that, and sharp when nothing else comes. */
+    drawSoon(coarse) {
+        this.draw(coarse);
         clearTimeout(this.settle);
         this.settle = setTimeout(() => this.draw(1), 180);
-        this.events.moved();
     }
 
     turnBy(dx, dy) {
