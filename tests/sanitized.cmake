@@ -27,7 +27,7 @@ set(left_to_the_night ${left_compiled} ${left_algebra} ${left_plain} ${left_cost
 
 # Of the folders whose programs are compared whole (crossings, exec, format, golden, package, programs, scenes, support): what an
 # interrupted print left, what is refused, full disks.
-set(sanitized_too programs/print_resume_test programs/print_refusals_test programs/print_pipes_and_disks_test)
+set(sanitized_too programs/print_resume_test programs/print_resume_others_test programs/print_refusals_test programs/print_pipes_and_disks_test)
 
 # Those that a night runs under the thread sanitizer: whole prints by kernels made by hand, and what threads share. They have the
 # label `threaded`, and the target of that name.

@@ -116,8 +116,10 @@ TEST(JsonText, FractionsHaveTheFewestDigitsThatReadBackAlike) {
         if (!std::isfinite(number) || number == 0) continue;
         const std::string text = JsonText().fraction(number).take();
         EXPECT_EQ(std::strtod(text.c_str(), nullptr), number) << text;
-        const auto digits = std::count_if(text.begin(), text.begin() + static_cast<ptrdiff_t>(std::min(text.find('e'), text.size())),
-                                          [](char c) { return c >= '0' && c <= '9'; });
+        const auto digits = std::count_if(
+            text.begin(),
+            text.begin() + static_cast<ptrdiff_t>(std::min(text.find('e'), text.size())),
+            [](char c) { return c >= '0' && c <= '9'; });
         if (digits < 3 || text.find('e') == std::string::npos) continue;
         const std::string shorter = fmt::format("{:.{}e}", number, digits - 2);
         EXPECT_NE(std::strtod(shorter.c_str(), nullptr), number) << text;
@@ -125,7 +127,8 @@ TEST(JsonText, FractionsHaveTheFewestDigitsThatReadBackAlike) {
 }
 
 TEST(JsonText, WhatWasReadIsWrittenAlike) {
-    const std::string text = R"({"a":[1,2.0,-7,0.25,1e-9,100000000000000000000.0],"b":{"c":null,"d":"ä\n"},"e":true})";
+    const std::string text =
+        R"({"a":[1,2.0,-7,0.25,1e-9,100000000000000000000.0],"b":{"c":null,"d":"ä\n"},"e":true})";
     const Result<JsonValue> read = parse_json(text, "t");
     ASSERT_TRUE(read);
     EXPECT_EQ(JsonText().value(*read).take(), text);

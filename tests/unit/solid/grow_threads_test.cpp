@@ -22,8 +22,7 @@ TEST(GrowThreads, CoverTheSameWhileEachTakesWhatOthersNeed) {
         {
             std::vector<std::jthread> threads;
             for (std::vector<uint8_t>& covered_voxels : covered_by)
-                threads.emplace_back(
-                    [&] { covered_voxels = covered(*made.placed, made.grid); });
+                threads.emplace_back([&] { covered_voxels = covered(*made.placed, made.grid); });
         }
         for (const std::vector<uint8_t>& covered_voxels : covered_by)
             EXPECT_TRUE(covered_voxels == expected);
