@@ -141,8 +141,8 @@ std::string end_of_file(const std::filesystem::path& file, int64_t most) {
     if (!opened) return {};
     const int64_t bytes = std::min(most, opened->bytes());
     std::string text(static_cast<size_t>(bytes), '\0');
-    const Result<size_t> got = opened->read(opened->bytes() - bytes, text.data(), text.size());
-    text.resize(got ? *got : 0);
+    const Result<size_t> length = opened->read(opened->bytes() - bytes, text.data(), text.size());
+    text.resize(length ? *length : 0);
     return text;
 }
 

@@ -80,12 +80,12 @@ Result<std::vector<Diagnostic>> FabletCompiler::check(const fs::path& source) co
     int exit_code = 0;
     const Result<JsonValue> read = run({"check", as_argument(source)}, &exit_code);
     if (!read) return read.error();
-    std::vector<Diagnostic> made;
+    std::vector<Diagnostic> diagnostics;
     if (const JsonValue* list = member_of(*read, "diagnostics"); list != nullptr) {
         for (const JsonValue& item : list->items)
-            made.push_back(diagnostic_of(item));
+            diagnostics.push_back(diagnostic_of(item));
     }
-    return made;
+    return diagnostics;
 }
 
 Result<std::vector<Diagnostic>> FabletCompiler::check_text(const fs::path& source,
@@ -94,14 +94,14 @@ Result<std::vector<Diagnostic>> FabletCompiler::check_text(const fs::path& sourc
     if (!folder) return folder.error();
     const Result<fs::path> copy = put_source((*folder)->path(), source, text);
     if (!copy) return copy.error();
-    Result<std::vector<Diagnostic>> found = check(*copy);
-    if (!found) return found;
+    Result<std::vector<Diagnostic>> diagnostics = check(*copy);
+    if (!diagnostics) return diagnostics;
     // As if they were of the files that were copied.
-    for (Diagnostic& one : *found) {
-        if (one.file.parent_path() == copy->parent_path())
-            one.file = source.parent_path() / one.file.filename();
+    for (Diagnostic& diagnostic : *diagnostics) {
+        if (diagnostic.file.parent_path() == copy->parent_path())
+            diagnostic.file = source.parent_path() / diagnostic.file.filename();
     }
-    return found;
+    return diagnostics;
 }
 
 Result<fs::path> put_source(const fs::path& folder, const fs::path& source,
@@ -119,12 +119,12 @@ Result<std::map<std::string, JsonValue>> FabletCompiler::describe(const fs::path
     int exit_code = 0;
     Result<JsonValue> read = run({"describe", as_argument(source)}, &exit_code);
     if (!read) return read.error();
-    std::map<std::string, JsonValue> made;
+    std::map<std::string, JsonValue> fablets;
     if (const JsonValue* list = member_of(*read, "fablets"); list != nullptr) {
         for (const JsonValue& fablet : list->items)
-            made.emplace(text_member(fablet, "name"), fablet);
+            fablets.emplace(text_member(fablet, "name"), fablet);
     }
-    return made;
+    return fablets;
 }
 
 bool has_errors(const std::vector<Diagnostic>& diagnostics) {

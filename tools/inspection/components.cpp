@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "base/at.h"
+
 #include "tools/inspection/sets.h"
 
 namespace openfab::inspection {
@@ -82,24 +84,24 @@ std::vector<Cluster> components(const Bits& bits, Touch touch, Box<int32_t>* lab
     }
     *labels = Box<int32_t>(size, 0);
     std::vector<int32_t> number(sets.size(), -1);
-    std::vector<Cluster> found;
+    std::vector<Cluster> clusters;
     for (int32_t z = 0; z < size.z; ++z) {
         for (int32_t y = 0; y < size.y; ++y) {
             const size_t row = row_of(y, z);
             int32_t* const to = labels->values.data() + row * static_cast<size_t>(size.x);
             for (size_t i = runs.rows[row]; i < runs.rows[row + 1]; ++i) {
-                int32_t& of = number[static_cast<size_t>(sets.find(static_cast<int32_t>(i)))];
+                int32_t& of = at(number, sets.find(static_cast<int32_t>(i)));
                 if (of < 0) {
-                    of = static_cast<int32_t>(found.size());
-                    found.emplace_back();
+                    of = static_cast<int32_t>(clusters.size());
+                    clusters.emplace_back();
                 }
                 const Run& run = runs.all[i];
                 std::fill(to + run.begin, to + run.end, of + 1);
-                found[static_cast<size_t>(of)].add({run.begin, y, z}, run.end - run.begin, size);
+                at(clusters, of).add({run.begin, y, z}, run.end - run.begin, size);
             }
         }
     }
-    return found;
+    return clusters;
 }
 
 }  // namespace openfab::inspection

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/at.h"
+
 namespace openfab::inspection {
 
 /// Numbers from 0 on that are united to sets.
@@ -17,9 +19,9 @@ class Sets {
         return parent_.back();
     }
     int32_t find(int32_t i) {
-        while (parent_[static_cast<size_t>(i)] != i) {
-            int32_t& up = parent_[static_cast<size_t>(i)];
-            up = parent_[static_cast<size_t>(up)];
+        while (at(parent_, i) != i) {
+            int32_t& up = at(parent_, i);
+            up = at(parent_, up);
             i = up;
         }
         return i;
@@ -27,7 +29,7 @@ class Sets {
     /// The lowest number of a set names it.
     void unite(int32_t a, int32_t b) {
         a = find(a), b = find(b);
-        if (a != b) parent_[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
+        if (a != b) at(parent_, std::max(a, b)) = std::min(a, b);
     }
     size_t size() const { return parent_.size(); }
 

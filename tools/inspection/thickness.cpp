@@ -9,6 +9,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/at.h"
+
 #include "tools/inspection/components.h"
 #include "tools/inspection/distances.h"
 
@@ -172,7 +174,7 @@ class Opening {
                 state_.values[at] &= static_cast<uint8_t>(~kRest);
                 if (!is_set(at) || near_.values[at] < covers) continue;
                 state_.values[at] |= kRest;
-                by_slice[static_cast<size_t>(z)].push_back(at);
+                openfab::at(by_slice, z).push_back(at);
             }
         });
         std::vector<size_t> out;
@@ -334,9 +336,9 @@ class Opening {
         depths_.spread(&left);
         for (size_t i = 0; i < left.values.size(); ++i) {
             uint8_t& state = state_.values[i];
-            const bool found =
+            const bool is_rest =
                 (state & kThin) != 0 || ((state & kUncovered) != 0 && left.values[i] < most);
-            state = static_cast<uint8_t>((state & ~kRest) | (found ? kRest : 0));
+            state = static_cast<uint8_t>((state & ~kRest) | (is_rest ? kRest : 0));
         }
     }
 

@@ -73,8 +73,8 @@ Tree BoxPlan::tree(const Box3d& box) {
 
 /// Cuts the piece `leaf`, which is that box.
 void BoxPlan::cut(const Box3d& box, int32_t leaf, Tree* tree) {
-    const Best found = best(box.size());
-    if (found.pieces <= 1) return;
+    const Best choice = best(box.size());
+    if (choice.pieces <= 1) return;
     const auto number = static_cast<int32_t>(tree->cuts.size());
     for (Cut& other : tree->cuts) {
         if (other.front == ~leaf) other.front = number;
@@ -82,15 +82,15 @@ void BoxPlan::cut(const Box3d& box, int32_t leaf, Tree* tree) {
     }
     const auto added = static_cast<int32_t>(tree->pieces.size());
     tree->pieces.emplace_back();
-    Cut made;
-    made.normal = {0, 0, 0};
-    made.normal[found.axis] = 1;
-    made.offset_mm = box.lo[found.axis] + found.at_mm;
-    made.back = ~leaf;
-    made.front = ~added;
-    tree->cuts.push_back(made);
+    Cut cut_here;
+    cut_here.normal = {0, 0, 0};
+    cut_here.normal[choice.axis] = 1;
+    cut_here.offset_mm = box.lo[choice.axis] + choice.at_mm;
+    cut_here.back = ~leaf;
+    cut_here.front = ~added;
+    tree->cuts.push_back(cut_here);
     Box3d back = box, front = box;
-    back.hi[found.axis] = front.lo[found.axis] = made.offset_mm;
+    back.hi[choice.axis] = front.lo[choice.axis] = cut_here.offset_mm;
     cut(back, leaf, tree);
     cut(front, added, tree);
 }

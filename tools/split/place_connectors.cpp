@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/at.h"
+
 #include "pieces/collide.h"
 
 namespace openfab::pieces {
@@ -107,9 +109,9 @@ Section section_of(const Tree& tree, const Cut& cut, const CoarseSolid& solid, c
 
 /// Returns the pieces below a node.
 void pieces_below(const Tree& tree, int32_t node, std::vector<const std::string*>* out) {
-    if (node < 0) return out->push_back(&tree.pieces[static_cast<size_t>(~node)]);
-    pieces_below(tree, tree.cuts[static_cast<size_t>(node)].front, out);
-    pieces_below(tree, tree.cuts[static_cast<size_t>(node)].back, out);
+    if (node < 0) return out->push_back(&at(tree.pieces, ~node));
+    pieces_below(tree, at(tree.cuts, node).front, out);
+    pieces_below(tree, at(tree.cuts, node).back, out);
 }
 
 class Placer {

@@ -9,6 +9,8 @@
 #include <limits>
 #include <memory>
 
+#include "base/at.h"
+
 #include "tools/split/box_plan.h"
 #include "tools/split/coarse_solid.h"
 #include "tools/split/place_connectors.h"
@@ -130,10 +132,10 @@ class Search {
             const Vec3d p = vec_cast<double>(center);
             int32_t node = 0;
             while (node >= 0) {
-                const Cut& cut = made.cuts[static_cast<size_t>(node)];
+                const Cut& cut = at(made.cuts, node);
                 node = dot(cut.normal, p) > cut.offset_mm ? cut.front : cut.back;
             }
-            holds[static_cast<size_t>(~node)] = true;
+            at(holds, ~node) = true;
         }
         if (std::find(holds.begin(), holds.end(), false) == holds.end()) *tree = std::move(made);
     }
@@ -318,12 +320,12 @@ class Search {
 
     static void name_side(Tree* tree, int32_t node, const std::string& path) {
         if (node < 0) {
-            tree->pieces[static_cast<size_t>(~node)] = path;
+            at(tree->pieces, ~node) = path;
             return;
         }
         const std::string dot = path.empty() ? "" : path + ".";
-        name_side(tree, tree->cuts[static_cast<size_t>(node)].back, dot + "1");
-        name_side(tree, tree->cuts[static_cast<size_t>(node)].front, dot + "2");
+        name_side(tree, at(tree->cuts, node).back, dot + "1");
+        name_side(tree, at(tree->cuts, node).front, dot + "2");
     }
     static void name_pieces(Tree* tree) {
         if (!tree->cuts.empty()) name_side(tree, 0, "");
@@ -363,19 +365,19 @@ Result<Found> find_cuts(const Body& body, const SearchOptions& options) {
     // is repeated for a tray that is smaller by one voxel, so that a box still gets the least number.
     constexpr int kTries = 5;
     SearchOptions asked = options;
-    Result<Found> found = user_error("");
+    Result<Found> plan = user_error("");
     for (int i = 0; i < kTries; ++i) {
-        found = Search(body, asked).run(body);
-        if (!found || found->tree.cuts.empty()) break;
-        const std::vector<Region> all = regions(found->tree);
+        plan = Search(body, asked).run(body);
+        if (!plan || plan->tree.cuts.empty()) break;
+        const std::vector<Region> all = regions(plan->tree);
         const bool fit = std::all_of(all.begin(), all.end(), [&](const Region& region) {
             return region.shapes_only || fits(piece_box(body, region, {}).size(), options.tray_mm);
         });
         if (fit) break;
         for (int a = 0; a < 3; ++a)
-            asked.tray_mm[a] = std::max(asked.tray_mm[a] - found->voxel_mm, options.tray_mm[a] / 2);
+            asked.tray_mm[a] = std::max(asked.tray_mm[a] - plan->voxel_mm, options.tray_mm[a] / 2);
     }
-    return found;
+    return plan;
 }
 
 }  // namespace openfab::pieces

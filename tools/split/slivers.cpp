@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "base/at.h"
+
 #include "tools/split/search.h"
 
 namespace openfab::pieces {
@@ -27,7 +29,7 @@ class Fans {
         triangles_.resize(3 * body.triangles.size());
         for (size_t t = 0; t < body.triangles.size(); ++t) {
             for (const int32_t v : body.triangles[t])
-                triangles_[next[static_cast<size_t>(v)]++] = t;
+                triangles_[at(next, v)++] = t;
         }
     }
 
@@ -55,7 +57,7 @@ class Fans {
 bool reaches(const Tree& tree, const Vec3d& p, int32_t cut) {
     int32_t node = 0;
     while (node >= 0 && node != cut) {
-        const Cut& at = tree.cuts[static_cast<size_t>(node)];
+        const Cut& at = openfab::at(tree.cuts, node);
         node = dot(at.normal, p) > at.offset_mm ? at.front : at.back;
     }
     return node == cut;
@@ -64,7 +66,7 @@ bool reaches(const Tree& tree, const Vec3d& p, int32_t cut) {
 /// Appends what lies beyond one side of a cut, each connected part of the surface once.
 void find_beyond(const Body& body, const Fans& fans, const Tree& tree, int32_t cut, bool front,
                  std::vector<Sliver>* out) {
-    const Cut& of = tree.cuts[static_cast<size_t>(cut)];
+    const Cut& of = at(tree.cuts, cut);
     const Vec3d up = front ? of.normal : of.normal * -1.0;
     const double offset = front ? of.offset_mm : 0 - of.offset_mm;
     const auto height = [&](size_t v) { return dot(up, body.positions[v]) - offset; };

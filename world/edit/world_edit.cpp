@@ -9,6 +9,7 @@
 #include <span>
 #include <utility>
 
+#include "base/at.h"
 #include "base/json_text.h"
 #include "world/messages.h"
 #include "world/world.h"
@@ -114,7 +115,7 @@ Result<void> WorldEdit::apply(std::vector<Change> changes) {
 
 /// The byte at a place of JSON's: one-based, columns in code points.
 size_t WorldEdit::offset_of(int32_t line, int32_t column) const {
-    size_t at = lines_[static_cast<size_t>(line - 1)];
+    size_t at = openfab::at(lines_, line - 1);
     for (int32_t c = 1; c < column; ++c) {
         ++at;
         while (at < text_.size() && (static_cast<unsigned char>(text_[at]) & 0xc0) == 0x80)

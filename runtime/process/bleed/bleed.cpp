@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "abi/stage_table.h"
+#include "base/at.h"
 #include "base/check.h"
 #include "runtime/process/bleed/messages.h"
 
@@ -45,7 +46,7 @@ Result<void> Bleed::begin(const EffectGrid& grid) {
 }
 
 uint64_t Bleed::bit_of(int32_t channel) const {
-    const int32_t place = place_[static_cast<size_t>(channel)];
+    const int32_t place = at(place_, channel);
     // Those beyond share a bit, which then says only that any of them may be there.
     return place < 0 ? 0 : uint64_t{1} << std::min(static_cast<size_t>(place), kMostBits - 1);
 }
@@ -117,7 +118,7 @@ Vec2<int32_t> Bleed::present_around(const NearBands& near, std::vector<uint64_t>
     for (int32_t block = 0; block < own.blocks; ++block) {
         for (int32_t x = block - reach; x <= block + reach; ++x)
             (*around)[static_cast<size_t>(block)] |=
-                x < 0 || x >= own.blocks ? bit_of(0) : any[static_cast<size_t>(x)];
+                x < 0 || x >= own.blocks ? bit_of(0) : at(any, x);
     }
     return written;
 }
@@ -136,9 +137,7 @@ void Bleed::apply(const NearBands& near, const Vec3i& size, BleedScratch* scratc
     if (written.x >= written.y) return;
     out->first_block = written.x;
     out->end_block = written.y;
-    const auto changes = [&](int32_t block) {
-        return may_change(scratch->present[static_cast<size_t>(block)]);
-    };
+    const auto changes = [&](int32_t block) { return may_change(at(scratch->present, block)); };
     const Vec3i slab_size{size.x, std::min(8, size.y - 8 * near.row),
                           std::min(8, size.z - 8 * near.slab)};
     for (int32_t first = written.x; first < written.y;) {
@@ -166,7 +165,7 @@ void Bleed::load(const NearBands& near, const Vec3i& size, const Vec3i& lowest,
     const Vec3i near_blocks = reach_blocks(), extent = window->size();
     const int32_t rows = 2 * near_blocks.y + 1;
     const auto put = [&](int32_t channel, size_t at, float value) {
-        const int32_t place = place_[static_cast<size_t>(channel)];
+        const int32_t place = openfab::at(place_, channel);
         if (place >= 0) window->fractions(static_cast<size_t>(place))[at] = value;
     };
     for (int32_t z = 0; z < extent.z; ++z) {
@@ -176,8 +175,7 @@ void Bleed::load(const NearBands& near, const Vec3i& size, const Vec3i& lowest,
             const int32_t row = (lowest.y + y + 8 * kMostReach) / 8 - kMostReach - near.row;
             const int32_t in_row = (lowest.y + y) & 7;
             const dither::RowBand* band =
-                near.bands[static_cast<size_t>((slab + near_blocks.z) * rows + row + near_blocks.y)]
-                    .band;
+                at(near.bands, (slab + near_blocks.z) * rows + row + near_blocks.y).band;
             const bool outside = band == nullptr || lowest.z + z < 0 || lowest.z + z >= size.z ||
                                  lowest.y + y < 0 || lowest.y + y >= size.y;
             const size_t at = window->at(0, y, z);
@@ -218,7 +216,7 @@ void Bleed::store(const BleedWindow& window, const Vec3i& lowest, const Vec2<int
         uint8_t* marks = out->mixed_row(y);
         for (int32_t x = 8 * blocks.x; x < std::min(8 * blocks.y, slab_size.x); ++x) {
             uint8_t* codes = out->codes_at(x, y);
-            int32_t& column = out->columns[static_cast<size_t>(y * out->width() + x)];
+            int32_t& column = at(out->columns, y * out->width() + x);
             const uint8_t before = marks[x];
             const int32_t before_column = column;
             int32_t made = -1;
@@ -269,7 +267,7 @@ void Bleed::store(const BleedWindow& window, const Vec3i& lowest, const Vec2<int
             if (made < 0) continue;
             column = made;
             out->any_mixed = true;
-            out->mixed_blocks[static_cast<size_t>(x / 8)] = 1;
+            at(out->mixed_blocks, x / 8) = 1;
         }
     }
 }

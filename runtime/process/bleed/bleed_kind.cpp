@@ -12,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/at.h"
 #include "base/hash.h"
 #include "base/text.h"
 #include "runtime/process/bleed/bleed.h"
@@ -104,7 +105,7 @@ int32_t code_of(const Print& print, const std::string& name) {
 }
 
 std::string name_of(const Print& print, int32_t code) {
-    return code == 0 ? kVoidName : print.materials[static_cast<size_t>(code - 1)].name;
+    return code == 0 ? kVoidName : at(print.materials, code - 1).name;
 }
 
 using Pairs = std::map<std::pair<int32_t, int32_t>, Vec3d>;

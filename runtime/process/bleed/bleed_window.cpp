@@ -8,6 +8,8 @@
 #include <set>
 #include <tuple>
 
+#include "base/at.h"
+
 namespace openfab::process {
 
 namespace {
@@ -74,8 +76,8 @@ BleedKernels::BleedKernels(const std::vector<PairSpread>& of) {
         pairs.push_back({place(pair.a), place(pair.b), kernel});
         spreads[kernel][place(pair.a)] = spreads[kernel][place(pair.b)] = true;
         for (int axis = 0; axis < 3; ++axis) {
-            radius[axis] = std::max(
-                radius[axis], static_cast<int32_t>(wanted[static_cast<size_t>(axis)].size()) - 1);
+            radius[axis] =
+                std::max(radius[axis], static_cast<int32_t>(at(wanted, axis).size()) - 1);
         }
     }
     // Sums have one order, whatever that of the file.

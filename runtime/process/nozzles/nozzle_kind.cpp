@@ -122,9 +122,9 @@ class NozzleFile : public Effect {
             rows.push_back(
                 {material, substitute, each.nozzles, each.head, each.passes, each.pass, each.jog});
         }
-        auto made = std::make_shared<Nozzles>(std::move(rows), rows_);
-        if (const Result<void> fine = made->check(size_, names_); !fine) return fine.error();
-        return std::shared_ptr<const Nozzles>(std::move(made));
+        auto nozzles = std::make_shared<Nozzles>(std::move(rows), rows_);
+        if (const Result<void> fine = nozzles->check(size_, names_); !fine) return fine.error();
+        return std::shared_ptr<const Nozzles>(std::move(nozzles));
     }
 
   private:
@@ -140,16 +140,16 @@ class NozzleFile : public Effect {
 
     void reload(int32_t z) {
         const auto dead = load_dead_nozzles(file_);
-        auto made = dead ? make(*dead) : Result<std::shared_ptr<const Nozzles>>(dead.error());
-        if (!made) {
-            warn(fmt::format(messages::kNozzlesStay, z, made.error().text()));
+        auto nozzles = dead ? make(*dead) : Result<std::shared_ptr<const Nozzles>>(dead.error());
+        if (!nozzles) {
+            warn(fmt::format(messages::kNozzlesStay, z, nozzles.error().text()));
             return;
         }
         for (const DeadNozzles& each : *dead) {
             if (material_code(materials_, each.material) != 0) continue;
             warn(idle(each, materials_));
         }
-        current_ = *made;
+        current_ = *nozzles;
         changes_.push_back({"nozzle", "dead", z, describe(*dead)});
     }
 

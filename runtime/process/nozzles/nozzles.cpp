@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/at.h"
+
 #include "abi/fablet_table.h"
 #include "runtime/process/nozzles/messages.h"
 
@@ -257,7 +259,7 @@ void Nozzles::apply_to_row(int32_t y, RowMaps* maps, dither::RowBand* band) cons
         if (numbers == RowMaps::Column{}) continue;
         maps->substitute(numbers, band->codes_at(x, y));
         if (marks[x] == 0) continue;
-        int32_t& column = band->columns[static_cast<size_t>(y * band->width() + x)];
+        int32_t& column = at(band->columns, y * band->width() + x);
         if (column != before || numbers != by) {
             before = column;
             by = numbers;
@@ -266,15 +268,15 @@ void Nozzles::apply_to_row(int32_t y, RowMaps* maps, dither::RowBand* band) cons
             uint16_t* to = band->fractions_at(after);
             pure = 0;
             for (int32_t z = 0; z < 8; ++z) {
-                const CodeMap& map = maps->map(numbers[static_cast<size_t>(z)]);
+                const CodeMap& map = maps->map(at(numbers, z));
                 int32_t materials = 0;
                 for (int32_t m = 0; m < band->channels; ++m) {
                     const uint16_t amount = from[8 * m + z];
-                    uint16_t& sum = to[8 * map[static_cast<size_t>(m)] + z];
+                    uint16_t& sum = to[8 * at(map, m) + z];
                     if (amount == 0) continue;
                     materials += sum == 0 ? 1 : 0;
                     sum = static_cast<uint16_t>(sum + amount);
-                    codes[static_cast<size_t>(z)] = map[static_cast<size_t>(m)];
+                    at(codes, z) = at(map, m);
                 }
                 pure = static_cast<uint8_t>(pure | (materials <= 1 ? 1 << z : 0));
             }
