@@ -17,7 +17,7 @@ set(left_algebra
 # Left to the night: neither of both; texts, clocks, threads, files of ours.
 set(left_plain
     unit/check_test unit/deadline_test unit/near_miss_test unit/run_main_test unit/stage_timer_test unit/print_words_test
-    unit/print_progress_test unit/report_test unit/layer_clock_test unit/property_table_test unit/blue_noise_test
+    unit/print_progress_test unit/part_pages_test unit/report_test unit/layer_clock_test unit/property_table_test unit/blue_noise_test
     unit/replace_file_test unit/own_folder_test unit/child_test unit/power_loss_test unit/power_loss_files_test unit/jail_test)
 # Left to the night: what it costs is more than it finds; the same code is in tests that run.
 set(left_costly
