@@ -52,10 +52,8 @@ Result<void> write_extents(const Options& options, const openfab_fablet_list& fa
         const Vec3d at = world->build[i].transform.t;
         const std::array<double, 9> turn = part.local_to_build.m;
         const auto extent = [&](const std::array<double, 9>& m) -> Result<Box3d> {
-            const void* const source = part.shape != nullptr
-                                           ? static_cast<const void*>(part.shape.get())
-                                           : part.beams.get();
-            const auto [found, fresh] = known.try_emplace({source, part.piece.get(), m});
+            const auto [found, fresh] =
+                known.try_emplace({part::shared_geometry(part), part.piece.get(), m});
             if (!fresh) return found->second;
             part.local_to_build.m = m;
             part.local_to_build.t = Affine3d{m, {}}.apply(part.mesh->center_part_mm);

@@ -267,8 +267,9 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     job.files = world->files;
     job.inputs = inputs_of(options, *world);
     job.printer_source = printer_source(options, *world);
-    for (const auto& [mesh, shape] : world->shapes) {
-        if (shape.program != nullptr) job.programs.push_back(shape.program->command);
+    for (const auto& [mesh, of] : world->boxed) {
+        const auto* program = std::get_if<std::shared_ptr<const world::ProgramRef>>(&of);
+        if (program != nullptr) job.programs.push_back((*program)->command);
     }
     return job;
 }

@@ -180,15 +180,15 @@ class Displacer {
 
     Result<void> displace(world::Placement* placement) {
         const world::Object object = world_.objects[static_cast<size_t>(placement->object)];
-        if (world_.shapes.contains(object.mesh)) {
+        if (world_.is_made(object.mesh)) {
             return user_error(fmt::format(messages::kFieldCannotMove, object.name),
                               messages::kFieldCannotMoveHelp);
         }
         const Affine3d& to_build = placement->transform;
         const Back back(to_build);
         if (!back.exists()) return {};  // flat, which the print refuses
-        if (const auto beams = world_.beams.find(object.mesh); beams != world_.beams.end())
-            return displace_beams(object, *beams->second, back, placement);
+        if (const mesh::Beams* beams = world_.beams_of(object.mesh); beams != nullptr)
+            return displace_beams(object, *beams, back, placement);
         mesh::Mesh mesh = world_.meshes[static_cast<size_t>(object.mesh)];
         if (const Result<void> fine = refine(object.name, to_build, &mesh); !fine) return fine;
         for (Vec3d& p : mesh.positions) {
@@ -224,7 +224,7 @@ class Displacer {
         if (!of) return of.error();
         mesh::Mesh& box = world_.meshes[static_cast<size_t>(*of)];
         box = mesh::box_mesh(box.name, moved.beams);
-        world_.beams[*of] = std::make_shared<const mesh::Beams>(std::move(moved.beams));
+        world_.boxed[*of] = std::make_shared<const mesh::Beams>(std::move(moved.beams));
         return {};
     }
 

@@ -15,7 +15,7 @@ int64_t add_beams(const std::filesystem::path& file, const mesh::BeamOptions& op
         world->warnings.push_back(std::move(warning));
     const auto index = static_cast<int32_t>(world->meshes.size());
     const auto beams = std::make_shared<const mesh::Beams>(std::move(loaded->beams));
-    world->beams[index] = beams;
+    world->boxed[index] = beams;
     world->meshes.push_back(mesh::box_mesh(name, *beams));
     return mesh::beam_bytes(*beams);
 }

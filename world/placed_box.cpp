@@ -8,15 +8,6 @@
 
 namespace openfab::world {
 
-namespace {
-
-const mesh::Beams* beams_of(const World& world, const Object& object) {
-    const auto found = world.beams.find(object.mesh);
-    return found == world.beams.end() ? nullptr : found->second.get();
-}
-
-}  // namespace
-
 Box3d placed_box(const World& world, const Object& object, int32_t piece, const Affine3d& map) {
     const mesh::Mesh& mesh = world.meshes[static_cast<size_t>(object.mesh)];
     Box3d box;
@@ -25,7 +16,7 @@ Box3d placed_box(const World& world, const Object& object, int32_t piece, const 
                                 object.pieces->regions[static_cast<size_t>(piece)], map);
         if (box.empty()) return box;
     }
-    const mesh::Beams* beams = beams_of(world, object);
+    const mesh::Beams* beams = world.beams_of(object.mesh);
     if (beams == nullptr) {
         for (size_t i = 0; piece < 0 && i < mesh.positions.size(); ++i)
             box.add(map.apply(mesh.positions[i]));
@@ -46,11 +37,11 @@ Box3d placed_box(const World& world, const Object& object, int32_t piece, const 
 
 bool asks_solid(const World& world, const Placement& placement) {
     const int32_t mesh = world.objects[static_cast<size_t>(placement.object)].mesh;
-    return world.shapes.contains(mesh) || (placement.piece >= 0 && world.beams.contains(mesh));
+    return world.is_made(mesh) || (placement.piece >= 0 && world.boxed.contains(mesh));
 }
 
 size_t points_of(const World& world, const Object& object) {
-    const mesh::Beams* beams = beams_of(world, object);
+    const mesh::Beams* beams = world.beams_of(object.mesh);
     return world.meshes[static_cast<size_t>(object.mesh)].positions.size() +
            (beams != nullptr ? 2 * beams->beams.size() : 0);
 }

@@ -236,12 +236,12 @@ class WorldReader {
             if (source->key == "beams") {
                 beams(m, source->value, what);
             } else if (is_program) {
-                shape(*source, box, what);
+                box_of(*source, box, what);
                 if (!json_.ok()) return;
-                ShapeRef& shape = world_.shapes.rbegin()->second;
-                shape.program = read_program(m.value, source->value, what, &json_, &files_);
+                world_.boxed[last_mesh()] =
+                    read_program(m.value, source->value, what, &json_, &files_);
             } else if (is_function) {
-                shape(*source, box, what);
+                stage(*source, box, what);
             } else {
                 primitive(*source, what);
             }
@@ -287,12 +287,19 @@ class WorldReader {
         }
     }
 
-    /// A shape, or what a rule grows or a program makes, stands in the world as its box.
-    void shape(const JsonMember& source, const JsonMember* box, const std::string& what) {
-        if (source.key != "program" &&
-            reference(source.value, fmt::format("`{}` of {}", source.key, what), "fablet",
+    int32_t last_mesh() const { return static_cast<int32_t>(world_.meshes.size()) - 1; }
+
+    void stage(const JsonMember& source, const JsonMember* box, const std::string& what) {
+        if (reference(source.value, fmt::format("`{}` of {}", source.key, what), "fablet",
                       fablet_places_) < 0)
             return;
+        box_of(source, box, what);
+        if (json_.ok())
+            world_.boxed[last_mesh()] = StageRef{source.value.text, json_.location(source.value)};
+    }
+
+    /// A shape, or what a rule grows or a program makes, stands in the world as its box.
+    void box_of(const JsonMember& source, const JsonMember* box, const std::string& what) {
         if (box == nullptr) {
             return json_.fail(source.value, fmt::format(messages::kNoBox, what),
                               messages::kNoBoxHelp);
@@ -321,8 +328,6 @@ class WorldReader {
         const Vec3d shift = low + Vec3d{size.x / 2, size.y / 2, 0};  // from where a box stands
         for (Vec3d& p : mesh.positions)
             p = p + shift;
-        world_.shapes[static_cast<int32_t>(world_.meshes.size())] = {source.value.text,
-                                                                     json_.location(source.value)};
         world_.meshes.push_back(std::move(mesh));
     }
 
@@ -400,8 +405,7 @@ class WorldReader {
                 std::ranges::any_of(object.pieces->regions, [](const pieces::Region& region) {
                     return !region.fits.empty();
                 });
-            if (has_fits &&
-                (world_.shapes.contains(object.mesh) || world_.beams.contains(object.mesh)))
+            if (has_fits && world_.boxed.contains(object.mesh))
                 world_.notes.push_back(fmt::format(messages::kConnectorsNotCompared, m.key));
         }
         object.location = json_.location(fablet);

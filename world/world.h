@@ -123,12 +123,15 @@ struct ProgramRef {
     SourceLocation location, places_location;
 };
 
-/// A mesh that stands for a shape: its box is that of the shape.
-struct ShapeRef {
-    std::string fablet;       ///< name in World::fablets, of the one whose @Shape or @Grow it is
+/// The @Shape or @Grow stage of a fablet.
+struct StageRef {
+    std::string fablet;       ///< name in World::fablets
     SourceLocation location;  ///< of that name
-    std::shared_ptr<const ProgramRef> program = nullptr;  ///< instead of a fablet
 };
+
+/// What a mesh of the world stands for: itself, or what it is a box around.
+using Geometry = std::variant<std::monostate, std::shared_ptr<const mesh::Beams>, StageRef,
+                              std::shared_ptr<const ProgramRef>>;
 
 struct Object {
     std::string name;
@@ -170,9 +173,7 @@ struct World {
     std::vector<Material> materials;
     std::vector<Texture> textures;
     std::vector<mesh::Mesh> meshes;
-    std::map<int32_t, ShapeRef> shapes;  ///< by index in meshes
-    /// Beams that a mesh stands for, its box that of them; by index in meshes.
-    std::map<int32_t, std::shared_ptr<const mesh::Beams>> beams;
+    std::map<int32_t, Geometry> boxed;  ///< what meshes are boxes around, by index in meshes
     std::vector<Object> objects;
     std::vector<Placement> build;
     std::optional<DitherRef> dither;  ///< of the fablets without a rule of their own
@@ -185,6 +186,19 @@ struct World {
     /// Folders below which files may name others (base/input_file.h); empty: their own.
     std::vector<std::filesystem::path> roots;
     bool programs_allowed = false;  ///< as in FileRules
+
+    const Geometry& geometry_of(int32_t mesh) const {
+        static const Geometry kItself;
+        const auto found = boxed.find(mesh);
+        return found == boxed.end() ? kItself : found->second;
+    }
+    /// Returns the beams that a mesh stands for; null of others.
+    const mesh::Beams* beams_of(int32_t mesh) const {
+        const auto* beams = std::get_if<std::shared_ptr<const mesh::Beams>>(&geometry_of(mesh));
+        return beams == nullptr ? nullptr : beams->get();
+    }
+    /// Whether a mesh is the box of what is known only once it is made.
+    bool is_made(int32_t mesh) const { return boxed.contains(mesh) && beams_of(mesh) == nullptr; }
 };
 
 /// Returns the box of what a placement places, by its transform, of a world that has all but its build:

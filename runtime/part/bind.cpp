@@ -9,11 +9,9 @@
 #include <map>
 #include <tuple>
 
-#include "abi/grow_table.h"
 #include "base/near_miss.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
-#include "pieces/region.h"
 #include "runtime/part/bind_beams.h"
 #include "runtime/part/bind_piece.h"
 #include "runtime/part/bind_shape.h"
@@ -60,10 +58,9 @@ class WorldBinder {
                    .textures = [this](const auto& bound) { return textures_.open(bound); },
                    .mesh = [this](const auto& object, const auto& fablet,
                                   const auto& s) { return part_mesh(object, fablet, s); },
-                   .beams =
-                       [this](const auto& object, const auto& fablet, const auto& mesh) {
-                           return part_beams(object, fablet, {1, 0, 0, 0, 1, 0, 0, 0, 1}, mesh);
-                       }}) {}
+                   .geometry =
+                       [this](const auto& object, const auto& s, const auto& uniforms,
+                              const auto& part) { return geometry(object, s, uniforms, part); }}) {}
 
     Result<Part> run_one(const world::Placement& placement, const BindOptions& options) {
         if (Result<void> sets = read_sets(options); !sets) return sets.error();
@@ -186,9 +183,9 @@ class WorldBinder {
         if (mesh && *mesh == nullptr) return part;
         if (!mesh) return mesh.error();
         part.mesh = std::move(*mesh);
-        if (Result<void> made = shapes_.bind(object, polar->s, *uniforms, &part); !made)
-            return made.error();
-        part.beams = part_beams(object, **fablet, polar->s, *part.mesh);
+        Result<Geometry> made = geometry(object, polar->s, *uniforms, part);
+        if (!made) return made.error();
+        part.geometry = std::move(*made);
         part.stretched = stretched_from(part, polar->s);
         part.local_to_build =
             part_local_to_build(*polar, placement.transform.t, part.mesh->center_part_mm);
@@ -216,29 +213,36 @@ class WorldBinder {
         return bind_uniforms(world_, fablet, bindings, object.name, object.location, unplaced_);
     }
 
-    /// Null of an object that is no beams.
-    std::shared_ptr<const PartBeams> part_beams(const world::Object& object,
-                                                const openfab_fablet& fablet,
-                                                const std::array<double, 9>& s,
-                                                const PartMesh& mesh) {
-        const auto beams = world_.beams.find(object.mesh);
-        if (beams == world_.beams.end()) return nullptr;
-        auto& known = beams_[&mesh];
-        if (known == nullptr) known = make_part_beams(beams->second, fablet, s, mesh);
-        return known;
+    /// Makes the geometry of an object's part, which has all but that.
+    Result<Geometry> geometry(const world::Object& object, const std::array<double, 9>& s,
+                              const BoundUniforms& uniforms, const Part& part) {
+        return std::visit([&](const auto& of) { return make(of, object, s, uniforms, part); },
+                          world_.geometry_of(object.mesh));
+    }
+    static Result<Geometry> make(std::monostate /*mesh*/, const world::Object& /*object*/,
+                                 const std::array<double, 9>& /*s*/,
+                                 const BoundUniforms& /*uniforms*/, const Part& /*part*/) {
+        return Geometry{MeshGeometry{}};
+    }
+    Result<Geometry> make(const std::shared_ptr<const mesh::Beams>& beams,
+                          const world::Object& /*object*/, const std::array<double, 9>& s,
+                          const BoundUniforms& /*uniforms*/, const Part& part) {
+        auto& known = beams_[part.mesh.get()];
+        if (known == nullptr) known = make_part_beams(beams, *part.fablet, s, *part.mesh);
+        return Geometry{BeamGeometry{known}};
+    }
+    template <typename Stage>
+    Result<Geometry> make(const Stage& of, const world::Object& object,
+                          const std::array<double, 9>& s, const BoundUniforms& uniforms,
+                          const Part& part) {
+        return shapes_.bind(of, object, s, uniforms, part);
     }
 
     /// Null of a part whose geometry is stretched where it is made.
     std::shared_ptr<const Stretched> stretched_from(const Part& part,
                                                     const std::array<double, 9>& s) {
-        const bool grows = part.shape != nullptr && openfab_grows(part.shape->fablet->shape);
-        const bool turned = part.shape != nullptr && scales_along_axes(s)[0] == 0;
-        const bool uneven = part.beams != nullptr && pieces::uniform_scale(s) == 0;
-        constexpr std::array<double, 9> kUnmoved{1, 0, 0, 0, 1, 0, 0, 0, 1};
-        if (!uneven && !turned && (!grows || s == kUnmoved)) return nullptr;
-        const void* source =
-            part.shape != nullptr ? static_cast<const void*>(part.shape.get()) : part.beams.get();
-        auto& known = stretched_[{source, part.fablet, s}];
+        if (!is_stretched_as_a_whole(part.geometry, s)) return nullptr;
+        auto& known = stretched_[{shared_geometry(part), part.fablet, s}];
         if (known == nullptr)
             known = std::make_shared<const Stretched>(make_stretched(part, s, *part.fablet));
         return known;
@@ -260,32 +264,41 @@ class WorldBinder {
         if (known != nullptr) return known;
         memory_left_ -= part_mesh_bytes(world_.meshes[object.mesh], fablet);
         if (memory_left_ < 0) return known;  // reported by run
-        Result<std::shared_ptr<const PartMesh>> made = make_source_mesh(object, fablet, s);
+        MadeMesh made = std::visit([&](const auto& of) { return make_mesh(of, object, fablet, s); },
+                                   world_.geometry_of(object.mesh));
         if (!made) return error_at(object.mesh_location, made.error().message, made.error().help);
         known = *made;
         return known;
     }
 
-    Result<std::shared_ptr<const PartMesh>> make_source_mesh(const world::Object& object,
-                                                             const openfab_fablet& fablet,
-                                                             const std::array<double, 9>& s) {
-        const mesh::Mesh& mesh = world_.meshes[object.mesh];
-        if (world_.beams.contains(object.mesh)) {
-            const Result<void> fine = check_beams(fablet, s);
-            if (!fine) return with_context(fine.error(), fmt::format("`{}`: ", object.name));
-        }
-        const auto shape = world_.shapes.find(object.mesh);
-        if (shape == world_.shapes.end()) return make_part_mesh(mesh, fablet, s);
-        const openfab_fablet* stage = nullptr;
-        if (shape->second.program != nullptr) {
-            stage = &shapes_.program(object.mesh);
-        } else {
-            const world::FabletRef& ref = world_.fablets.at(shape->second.fablet);
-            stage = find_fablet(fablets_, ref.fablet, ref.source.filename());
-        }
+    using MadeMesh = Result<std::shared_ptr<const PartMesh>>;
+
+    MadeMesh make_mesh(std::monostate /*itself*/, const world::Object& object,
+                       const openfab_fablet& fablet, const std::array<double, 9>& s) {
+        return make_part_mesh(world_.meshes[object.mesh], fablet, s);
+    }
+    MadeMesh make_mesh(const std::shared_ptr<const mesh::Beams>& /*beams*/,
+                       const world::Object& object, const openfab_fablet& fablet,
+                       const std::array<double, 9>& s) {
+        if (const Result<void> fine = check_beams(fablet, s); !fine)
+            return with_context(fine.error(), fmt::format("`{}`: ", object.name));
+        return make_part_mesh(world_.meshes[object.mesh], fablet, s);
+    }
+    template <typename Stage>
+    MadeMesh make_mesh(const Stage& of, const world::Object& object, const openfab_fablet& fablet,
+                       const std::array<double, 9>& s) {
+        const openfab_fablet* stage = table_of(of);
         if (const Result<void> fine = check_stretch(stage, s, fablet.has_surface != 0); !fine)
             return with_context(fine.error(), fmt::format("`{}`: ", object.name));
-        return make_part_mesh(box_of_shape(mesh, stage), fablet, s);
+        return make_part_mesh(box_of_shape(world_.meshes[object.mesh], stage), fablet, s);
+    }
+
+    const openfab_fablet* table_of(const world::StageRef& of) {
+        const world::FabletRef& ref = world_.fablets.at(of.fablet);
+        return find_fablet(fablets_, ref.fablet, ref.source.filename());
+    }
+    const openfab_fablet* table_of(const std::shared_ptr<const world::ProgramRef>& of) {
+        return &shapes_.table_of(of)->fablet;
     }
 
     const world::World& world_;

@@ -101,30 +101,28 @@ mesh::Mesh box_of_shape(const mesh::Mesh& box, const openfab_fablet* stage) {
     return out;
 }
 
-Result<void> ShapeBinder::bind(const world::Object& object, const std::array<double, 9>& stretch,
-                               const BoundUniforms& uniforms, Part* part) {
-    const auto shape = world_.shapes.find(object.mesh);
-    if (shape == world_.shapes.end()) return Ok{};
-    const world::ShapeRef& ref = shape->second;
-    std::shared_ptr<const PartMesh> own_box = part->mesh;
-    if (stretch != kUnmoved) {
-        Result<std::shared_ptr<const PartMesh>> box =
-            sources_.mesh(object, *part->fablet, kUnmoved);
-        if (!box) return box.error();
-        if (*box == nullptr) return Ok{};
-        own_box = std::move(*box);
-    }
-    if (ref.program != nullptr) return bind_program(object, ref, std::move(own_box), part);
+Result<std::shared_ptr<const PartMesh>> ShapeBinder::own_box(const world::Object& object,
+                                                             const std::array<double, 9>& stretch,
+                                                             const Part& part) const {
+    if (stretch == kUnmoved) return part.mesh;
+    return sources_.mesh(object, *part.fablet, kUnmoved);
+}
+
+Result<Geometry> ShapeBinder::bind(const world::StageRef& ref, const world::Object& object,
+                                   const std::array<double, 9>& stretch,
+                                   const BoundUniforms& uniforms, const Part& part) {
+    Result<std::shared_ptr<const PartMesh>> box = own_box(object, stretch, part);
+    if (!box) return box.error();
+    if (*box == nullptr) return Geometry{};
     auto stage = std::make_shared<ShapeStage>();
     stage->name = object.name;
     stage->location = ref.location;
-    stage->mesh = std::move(own_box);
-    stage->instance = 0;
+    stage->mesh = std::move(*box);
     std::vector<int32_t> objects = uniforms.objects;
     if (ref.fablet == object.fablet) {
-        stage->fablet = part->fablet;
-        stage->uniform_values = part->uniform_values;
-        stage->textures = part->textures;
+        stage->fablet = part.fablet;
+        stage->uniform_values = part.uniform_values;
+        stage->textures = part.textures;
     } else {
         world::Object as;
         as.name = object.name;
@@ -154,36 +152,41 @@ Result<void> ShapeBinder::bind(const world::Object& object, const std::array<dou
                         messages::kNoShapeStageHelp);
     }
     // Others are stretched as a whole.
+    const bool grows = openfab_grows(stage->fablet->shape);
     const std::array<double, 3> along_axes = scales_along_axes(stretch);
-    if (stretch != kUnmoved && along_axes[0] != 0 && !openfab_grows(stage->fablet->shape))
-        stage->stretch = along_axes;
-    if (Result<void> done = bind_bodies(objects, stage.get()); !done) return done;
-    part->shape = same_stage(std::move(stage));
-    return Ok{};
+    if (stretch != kUnmoved && along_axes[0] != 0 && !grows) stage->stretch = along_axes;
+    if (Result<void> done = bind_bodies(objects, stage.get()); !done) return done.error();
+    if (grows) return Geometry{GrownGeometry{same_stage(std::move(stage)), nullptr}};
+    return Geometry{ShapeGeometry{same_stage(std::move(stage))}};
 }
 
-const openfab_fablet& ShapeBinder::program(int32_t mesh) {
-    std::shared_ptr<const ProgramTable>& known = programs_[mesh];
-    if (known == nullptr) known = make_program_table(world_.shapes.at(mesh).program, world_.roots);
-    return known->fablet;
+const std::shared_ptr<const ProgramTable>& ShapeBinder::table_of(
+    const std::shared_ptr<const world::ProgramRef>& of) {
+    std::shared_ptr<const ProgramTable>& known = programs_[of.get()];
+    if (known == nullptr) known = make_program_table(of, world_.roots);
+    return known;
 }
 
-Result<void> ShapeBinder::bind_program(const world::Object& object, const world::ShapeRef& ref,
-                                       std::shared_ptr<const PartMesh> box, Part* part) {
-    const world::ProgramRef& program = *ref.program;
+Result<Geometry> ShapeBinder::bind(const std::shared_ptr<const world::ProgramRef>& of,
+                                   const world::Object& object,
+                                   const std::array<double, 9>& stretch,
+                                   const BoundUniforms& /*uniforms*/, const Part& part) {
+    const world::ProgramRef& program = *of;
+    Result<std::shared_ptr<const PartMesh>> box = own_box(object, stretch, part);
+    if (!box) return box.error();
+    if (*box == nullptr) return Geometry{};
     if (!world_.programs_allowed) {
         return error_at(
-            ref.location,
+            program.location,
             fmt::format(messages::kProgramNotAllowed, object.name, fmt::join(program.command, " ")),
             fmt::format(messages::kProgramNotAllowedHelp, kProgramsWord));
     }
-    auto stage = std::make_shared<ProgramStage>();
+    const std::shared_ptr<const ProgramTable>& table = table_of(of);
+    auto stage = std::make_shared<ShapeStage>();
     stage->name = object.name;
-    stage->location = ref.location;
-    stage->mesh = std::move(box);
-    stage->instance = 0;
-    stage->fablet = &this->program(object.mesh);
-    stage->table = programs_.at(object.mesh);
+    stage->location = program.location;
+    stage->mesh = std::move(*box);
+    stage->fablet = &table->fablet;
     for (const std::string& name : program.places) {
         const auto found = std::ranges::find(world_.objects, name, &world::Object::name);
         if (found == world_.objects.end()) {
@@ -198,8 +201,7 @@ Result<void> ShapeBinder::bind_program(const world::Object& object, const world:
         if (!body) return body.error();
         stage->bodies.push_back(std::move(*body));
     }
-    part->shape = same_stage(std::move(stage));
-    return Ok{};
+    return Geometry{GrownGeometry{same_stage(std::move(stage)), table}};
 }
 
 Result<void> ShapeBinder::bind_bodies(const std::vector<int32_t>& objects, ShapeStage* stage) {
@@ -239,20 +241,22 @@ Result<std::shared_ptr<const Part>> ShapeBinder::body_of(int32_t object,
     if (*mesh == nullptr) return std::shared_ptr<const Part>();
     body->mesh = std::move(*mesh);
     body->local_to_build.t = body->mesh->center_part_mm;
-    if (world_.shapes.contains(of.mesh)) {
-        Result<BoundUniforms> uniforms = sources_.uniforms(of, **fablet, true);
-        if (!uniforms) return uniforms.error();
+    Part as = *body;
+    BoundUniforms uniforms;
+    if (world_.is_made(of.mesh)) {
+        Result<BoundUniforms> bound = sources_.uniforms(of, **fablet, true);
+        if (!bound) return bound.error();
         Result<std::vector<std::shared_ptr<const texture::Pyramid>>> textures =
-            sources_.textures(*uniforms);
+            sources_.textures(*bound);
         if (!textures) return textures.error();
-        Part as = *body;
         as.fablet = *fablet;
-        as.uniform_values = uniforms->values;
+        as.uniform_values = bound->values;
         as.textures = std::move(*textures);
-        if (Result<void> done = bind(of, kUnmoved, *uniforms, &as); !done) return done.error();
-        body->shape = as.shape;
+        uniforms = std::move(*bound);
     }
-    body->beams = sources_.beams(of, kGeometry, *body->mesh);
+    Result<Geometry> geometry = sources_.geometry(of, kUnmoved, uniforms, as);
+    if (!geometry) return geometry.error();
+    body->geometry = std::move(*geometry);
     asking_.pop_back();
     bodies_[object] = body;
     return std::shared_ptr<const Part>(std::move(body));

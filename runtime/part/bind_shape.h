@@ -55,26 +55,32 @@ class ShapeBinder {
         std::function<Result<std::shared_ptr<const PartMesh>>(
             const world::Object&, const openfab_fablet&, const std::array<double, 9>&)>
             mesh;
-        std::function<std::shared_ptr<const PartBeams>(const world::Object&, const openfab_fablet&,
-                                                       const PartMesh&)>
-            beams;
+        /// What an object's part is made of, stretched so; `uniforms` are those of the part.
+        std::function<Result<Geometry>(const world::Object&, const std::array<double, 9>&,
+                                       const BoundUniforms&, const Part&)>
+            geometry;
     };
 
     ShapeBinder(const world::World& world, Sources sources)
         : world_(world), sources_(std::move(sources)) {}
 
-    /// Gives the part of an object its stage, if the object's mesh is a shape; `uniforms` are those
-    /// of the part. The stage has the object's uniforms where the object has the shape's fablet, else
-    /// those of the fablet.
-    Result<void> bind(const world::Object& object, const std::array<double, 9>& stretch,
-                      const BoundUniforms& uniforms, Part* part);
+    /// Makes the geometry of an object's part, which has all but that; `uniforms` are those of the part. The
+    /// stage has the object's uniforms where the object has the stage's fablet, else those of the fablet.
+    Result<Geometry> bind(const world::StageRef& of, const world::Object& object,
+                          const std::array<double, 9>& stretch, const BoundUniforms& uniforms,
+                          const Part& part);
+    Result<Geometry> bind(const std::shared_ptr<const world::ProgramRef>& of,
+                          const world::Object& object, const std::array<double, 9>& stretch,
+                          const BoundUniforms& uniforms, const Part& part);
 
-    /// Returns the table of a mesh that a program makes.
-    const openfab_fablet& program(int32_t mesh);
+    const std::shared_ptr<const ProgramTable>& table_of(
+        const std::shared_ptr<const world::ProgramRef>& of);
 
   private:
-    Result<void> bind_program(const world::Object& object, const world::ShapeRef& ref,
-                              std::shared_ptr<const PartMesh> box, Part* part);
+    /// Returns the box of a part before it is stretched; null where memory is used up.
+    Result<std::shared_ptr<const PartMesh>> own_box(const world::Object& object,
+                                                    const std::array<double, 9>& stretch,
+                                                    const Part& part) const;
     Result<void> bind_bodies(const std::vector<int32_t>& objects, ShapeStage* stage);
     Result<std::shared_ptr<const Part>> body_of(int32_t object, const SourceLocation& asked);
     std::shared_ptr<const ShapeStage> same_stage(std::shared_ptr<const ShapeStage> stage);
@@ -82,9 +88,9 @@ class ShapeBinder {
     const world::World& world_;
     Sources sources_;
     std::map<const PartMesh*, std::vector<std::shared_ptr<const ShapeStage>>> stages_;
-    std::map<int32_t, std::shared_ptr<const ProgramTable>> programs_;  ///< by mesh
-    std::map<int32_t, std::shared_ptr<const Part>> bodies_;            ///< by object
-    std::vector<int32_t> asking_;  ///< objects whose bodies are made
+    std::map<const world::ProgramRef*, std::shared_ptr<const ProgramTable>> programs_;
+    std::map<int32_t, std::shared_ptr<const Part>> bodies_;  ///< by object
+    std::vector<int32_t> asking_;                            ///< objects whose bodies are made
 };
 
 }  // namespace openfab::part

@@ -4,6 +4,16 @@
 
 namespace openfab::part {
 
+const void* shared_geometry(const Part& part) {
+    if (part.stretched != nullptr) return part.stretched.get();
+    return std::visit(
+        [&](const auto& of) -> const void* {
+            if constexpr (requires { of.shared(); }) return of.shared();
+            return part.mesh.get();
+        },
+        part.geometry);
+}
+
 Affine3d local_to_voxel(const Part& part, const Grid& grid) {
     const Affine3d& build = part.local_to_build;
     Affine3d out;

@@ -21,6 +21,7 @@
 #include "base/vec.h"
 #include "mesh/model/beams.h"
 #include "pieces/region.h"
+#include "runtime/part/geometry.h"
 #include "texture/pyramid.h"
 
 namespace openfab::part {
@@ -73,12 +74,8 @@ struct Part {
     std::vector<std::shared_ptr<const texture::Pyramid>> textures;  ///< by texture index
     std::vector<uint8_t>
         slot_material;  ///< slot -> print material: 0 void, 1.. the code of the material
-    /// The part whose fablet's @Shape stage is the geometry: its uniform values and textures are those
-    /// of the stage, its mesh the box. Null where the mesh is the geometry.
-    std::shared_ptr<const Part> shape;
-    std::shared_ptr<const PartBeams>
-        beams;                ///< null where they are not the geometry; the mesh is a box
-    SourceLocation location;  ///< of a shape: where the world names it
+    Geometry geometry;
+    SourceLocation location;  ///< of a stage: where the world names it
     /// For each Object uniform of the fablet: the placements of that object, as ascending indices
     /// in the build list; at least one.
     std::vector<std::vector<int32_t>> objects;
@@ -101,6 +98,12 @@ struct Stretched {
     Part source;
     std::array<double, 9> by;
 };
+
+inline bool is_mesh(const Part& part) {
+    return std::holds_alternative<MeshGeometry>(part.geometry);
+}
+/// Returns the address that parts of one geometry share.
+const void* shared_geometry(const Part& part);
 
 /// The voxel grid of a print. Voxel (i, j, k) has its centre at origin + (i + 0.5, j + 0.5, k +
 /// 0.5) * pitch.

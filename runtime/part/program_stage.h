@@ -2,15 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The stage of a part that a program of the user's makes: in the place of a fablet's @Grow (Part::shape) stands a
-// table without kernels, whose outputs are the attributes that the world declares.
+// The stage of a part that a program of the user's makes: in the place of a fablet's @Grow stands a table without
+// kernels, whose outputs are the attributes that the world declares.
 
 #include <filesystem>
 #include <memory>
 #include <vector>
 
 #include "abi/fablet_table.h"
-#include "runtime/part/shape_stage.h"
 #include "world/world.h"
 
 namespace openfab::part {
@@ -22,18 +21,6 @@ struct ProgramTable {
     openfab_shape shape{};
     openfab_fablet fablet{};
 };
-
-struct ProgramStage : ShapeStage {
-    std::shared_ptr<const ProgramTable> table;
-};
-
-/// Returns the program of a stage; null of one that is a fablet's.
-inline const ProgramStage* program_stage(const Part& stage) {
-    const openfab_shape* shape = stage.fablet->shape;
-    const bool is_program =
-        shape != nullptr && shape->values.arg_count == 0 && shape->attributes.arg_count == 0;
-    return is_program ? static_cast<const ProgramStage*>(&stage) : nullptr;
-}
 
 /// Makes the table. Its hash follows from the command, the files that it names, and what the world says of it.
 std::shared_ptr<const ProgramTable> make_program_table(

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What Part::shape points to: the part whose fablet's @Shape stage is a geometry, with what only such
-// a part has.
+// The stage of a shape or of what grows: the part whose fablet's @Shape or @Grow stage is a geometry, with its
+// uniform values and textures. Its mesh is the box.
 
 #include <array>
 #include <memory>
@@ -21,9 +21,14 @@ struct ShapeStage : Part {
     std::vector<std::shared_ptr<const Part>> bodies;
 };
 
-/// Returns what Part::shape points to.
-inline const ShapeStage& shape_stage(const Part& stage) {
-    return static_cast<const ShapeStage&>(stage);
+/// Returns the stage that a part's geometry is made by; null of geometry without.
+inline const ShapeStage* stage_of(const Part& part) {
+    return std::visit(
+        [](const auto& of) -> const ShapeStage* {
+            if constexpr (requires { of.stage; }) return of.stage.get();
+            return nullptr;
+        },
+        part.geometry);
 }
 
 }  // namespace openfab::part

@@ -6,10 +6,11 @@
 
 #include <algorithm>
 
-#include "abi/grow_table.h"
 #include "base/polar.h"
 #include "base/principal_axes.h"
+#include "pieces/region.h"
 #include "runtime/part/bind_beams.h"
+#include "runtime/part/bind_shape.h"
 #include "runtime/part/messages.h"
 
 namespace openfab::part {
@@ -17,6 +18,20 @@ namespace openfab::part {
 namespace {
 
 constexpr double kMostUneven = 1.1;
+constexpr std::array<double, 9> kUnmoved{1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+bool stretches_whole(const MeshGeometry& /*of*/, const std::array<double, 9>& /*stretch*/) {
+    return false;
+}
+bool stretches_whole(const BeamGeometry& /*of*/, const std::array<double, 9>& stretch) {
+    return pieces::uniform_scale(stretch) == 0;
+}
+bool stretches_whole(const ShapeGeometry& /*of*/, const std::array<double, 9>& stretch) {
+    return scales_along_axes(stretch)[0] == 0;
+}
+bool stretches_whole(const GrownGeometry& /*of*/, const std::array<double, 9>& stretch) {
+    return stretch != kUnmoved;
+}
 
 }  // namespace
 
@@ -41,13 +56,17 @@ Result<void> check_uneven_stretch(const std::array<double, 9>& stretch, const ch
     return user_error(fmt::format(messages::kUnevenStretch, range.x, range.y), help);
 }
 
+bool is_stretched_as_a_whole(const Geometry& geometry, const std::array<double, 9>& stretch) {
+    return std::visit([&](const auto& of) { return stretches_whole(of, stretch); }, geometry);
+}
+
 Stretched make_stretched(const Part& of, const std::array<double, 9>& by,
                          const openfab_fablet& fablet) {
     Stretched out{of, by};
     Part& source = out.source;
-    if (of.shape != nullptr && !openfab_grows(of.shape->fablet->shape)) {
+    if (const auto* shape = std::get_if<ShapeGeometry>(&of.geometry); shape != nullptr) {
         // The centre of its box is where that of the stretched box comes from.
-        source.mesh = of.shape->mesh;
+        source.mesh = shape->stage->mesh;
     } else {
         auto mesh = std::make_shared<PartMesh>();
         mesh->center_part_mm =
@@ -55,10 +74,8 @@ Stretched make_stretched(const Part& of, const std::array<double, 9>& by,
         source.mesh = std::move(mesh);
     }
     source.piece = nullptr;
-    if (of.beams != nullptr) {
-        source.beams =
-            make_part_beams(of.beams->beams, fablet, {1, 0, 0, 0, 1, 0, 0, 0, 1}, *source.mesh);
-    }
+    if (auto* beams = std::get_if<BeamGeometry>(&source.geometry); beams != nullptr)
+        beams->beams = make_part_beams(beams->beams->beams, fablet, kUnmoved, *source.mesh);
     return out;
 }
 

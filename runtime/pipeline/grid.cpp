@@ -48,8 +48,7 @@ std::string largest_part(std::span<const part::Part> parts,
         if (reach(boxes[i]) > reach(boxes[worst])) worst = i;
     }
     Box3d plain;
-    // The mesh of a shape, and of beams, is a box around them.
-    if (parts[worst].shape != nullptr || parts[worst].beams != nullptr) {
+    if (!part::is_mesh(parts[worst])) {
         plain = boxes[worst];
     } else {
         for (const Vec3d& p : parts[worst].mesh->positions)

@@ -18,8 +18,8 @@ namespace {
 /// Limit of the lines of one kind; thousands of instances share a fault.
 constexpr size_t kMostSizes = 4;
 
-bool is_mesh(const part::Part& part) {
-    return part.shape == nullptr && part.beams == nullptr && part.piece == nullptr;
+bool is_whole_mesh(const part::Part& part) {
+    return part::is_mesh(part) && part.piece == nullptr;
 }
 
 /// Computes the sizes of placed parts, visiting each mesh once.
@@ -29,7 +29,8 @@ class Ruler {
 
     /// Of a part that may reach nowhere, zeros.
     Vec3d voxels(const part::Part& part, const solid::Solid& solid) {
-        const Box3d placed = is_mesh(part) ? placed_mesh(part) : solid::box_in_build(part, solid);
+        const Box3d placed =
+            is_whole_mesh(part) ? placed_mesh(part) : solid::box_in_build(part, solid);
         if (placed.empty()) return {};
         const Vec3d size = placed.size();
         return {size.x / pitch_mm_.x, size.y / pitch_mm_.y, size.z / pitch_mm_.z};
@@ -93,7 +94,7 @@ std::vector<std::string> thin_part_warnings(
         // Nothing of it is a warning of its own.
         if (voxels == Vec3d{}) continue;
         // A surface stage may thicken it arbitrarily, unless the world bounds it.
-        const double grows = part.fablet->has_surface != 0 && is_mesh(part)
+        const double grows = part.fablet->has_surface != 0 && is_whole_mesh(part)
                                  ? 2 * static_cast<double>(part.max_displacement_mm)
                                  : 0;
         bool vanishes = false;

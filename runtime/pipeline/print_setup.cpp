@@ -11,7 +11,6 @@
 #include <span>
 #include <utility>
 
-#include "abi/grow_table.h"
 #include "abi/voxel_hash.h"
 #include "base/clock.h"
 #include "runtime/pipeline/check.h"
@@ -241,8 +240,9 @@ Result<void> set_up(PrintSetup* p) {
     SurfaceCounts displaced;
     for (size_t i = 0; i < p->owners.size(); ++i) {
         const part::Part& part = p->input.parts[i];
-        const bool grows = part.shape != nullptr && openfab_grows(part.shape->fablet->shape);
-        const bool asked = grows || (part.shape != nullptr && volume::asks_surface(*part.fablet));
+        const bool grows = std::holds_alternative<part::GrownGeometry>(part.geometry);
+        const bool shape = std::holds_alternative<part::ShapeGeometry>(part.geometry);
+        const bool asked = grows || (shape && volume::asks_surface(*part.fablet));
         if (part.fablet->has_surface == 0 && !asked) continue;
         ++displaced.parts;
         displaced.surfaces += p->owns_solid(i) ? 1 : 0;

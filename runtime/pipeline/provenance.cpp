@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <map>
 
 #include "base/hash.h"
@@ -144,6 +143,49 @@ class Shared {
     std::map<const T*, uint64_t> known_;
 };
 
+/// Hashes of what parts are made from, list by list.
+struct MadeFrom {
+    Hash fablets, meshes, uniforms, textures, placements;
+    Shared<part::PartMesh> mesh_hashes;
+    Shared<mesh::Beams> beam_hashes;
+    Shared<texture::Pyramid> texture_hashes;
+
+    /// `is_body`: of a part without a volume, which another's stage asks.
+    void add_geometry(const part::Part& part, bool is_body) {
+        meshes.add(mesh_hashes.of(part.mesh.get()));
+        std::visit([&](const auto& of) { add(of, is_body); }, part.geometry);
+    }
+    /// Without derived values, which depend on passes.
+    void add_uniforms(const part::Part& of) {
+        uniforms.add_all(std::span(of.uniform_values)
+                             .first(static_cast<size_t>(of.fablet->uniform_value_count)));
+    }
+    void add_textures(const part::Part& of) {
+        for (const auto& pyramid : of.textures)
+            textures.add(texture_hashes.of(pyramid.get()));
+    }
+
+  private:
+    void add(const part::MeshGeometry& /*of*/, bool /*is_body*/) {}
+    void add(const part::BeamGeometry& of, bool is_body) {
+        meshes.add(beam_hashes.of(of.beams->beams.get()));
+        if (is_body) return;
+        meshes.add(of.beams->scale);
+        meshes.add_all(of.beams->attributes);
+    }
+    void add(const part::ShapeGeometry& of, bool is_body) { add(*of.stage, is_body); }
+    void add(const part::GrownGeometry& of, bool is_body) { add(*of.stage, is_body); }
+    void add(const part::ShapeStage& stage, bool is_body) {
+        if (!is_body) fablets.add(std::string(stage.fablet->name));
+        fablets.add(stage.fablet->hash);
+        add_uniforms(stage);
+        add_textures(stage);
+        for (const auto& body : stage.bodies) {
+            if (body != nullptr) add_geometry(*body, true);
+        }
+    }
+};
+
 /// Returns the name of the dither; where no fablet has a rule of its own it is the default one's.
 std::string dither_of(const PrintInput& input, const PrintOptions& options) {
     const bool any = std::any_of(input.parts.begin(), input.parts.end(),
@@ -156,69 +198,35 @@ std::string dither_of(const PrintInput& input, const PrintOptions& options) {
 
 std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& input,
                                                             const PrintOptions& options) {
-    Hash fablets, meshes, uniforms, textures, placements;
-    Shared<part::PartMesh> mesh_hashes;
-    Shared<mesh::Beams> beam_hashes;
-    Shared<texture::Pyramid> texture_hashes;
-    const std::function<void(const part::Part*)> add_body = [&](const part::Part* body) {
-        if (body == nullptr) return;
-        meshes.add(mesh_hashes.of(body->mesh.get()));
-        if (body->beams != nullptr) meshes.add(beam_hashes.of(body->beams->beams.get()));
-        if (body->shape == nullptr) return;
-        fablets.add(body->shape->fablet->hash);
-        uniforms.add_all(std::span(body->shape->uniform_values)
-                             .first(static_cast<size_t>(body->shape->fablet->uniform_value_count)));
-        for (const auto& pyramid : body->shape->textures)
-            textures.add(texture_hashes.of(pyramid.get()));
-        for (const auto& other : part::shape_stage(*body->shape).bodies)
-            add_body(other.get());
-    };
+    MadeFrom from;
     for (const part::Part& part : input.parts) {
-        fablets.add(std::string(part.fablet->name));
-        fablets.add(part.fablet->hash);
-        meshes.add(mesh_hashes.of(part.mesh.get()));
-        if (part.beams != nullptr) {
-            meshes.add(beam_hashes.of(part.beams->beams.get()));
-            meshes.add(part.beams->scale);
-            meshes.add_all(part.beams->attributes);
-        }
-        if (const part::Part* shape = part.shape.get()) {
-            fablets.add(std::string(shape->fablet->name));
-            fablets.add(shape->fablet->hash);
-            uniforms.add_all(std::span(shape->uniform_values)
-                                 .first(static_cast<size_t>(shape->fablet->uniform_value_count)));
-            for (const auto& pyramid : shape->textures)
-                textures.add(texture_hashes.of(pyramid.get()));
-            for (const auto& body : part::shape_stage(*shape).bodies)
-                add_body(body.get());
-        }
-        // Without derived values, which depend on passes.
-        uniforms.add_all(std::span(part.uniform_values)
-                             .first(static_cast<size_t>(part.fablet->uniform_value_count)));
-        uniforms.add_all(part.slot_material);
-        uniforms.add(part.max_displacement_mm);
-        textures.add(part.textures.size());
-        for (const auto& pyramid : part.textures)
-            textures.add(texture_hashes.of(pyramid.get()));
-        placements.add_all(part.local_to_build.m);
-        placements.add(part.local_to_build.t);
-        placements.add(part.priority);
-        placements.add(part.instance);
-        placements.add(int32_t{part.support});
+        from.fablets.add(std::string(part.fablet->name));
+        from.fablets.add(part.fablet->hash);
+        from.add_geometry(part, false);
+        from.add_uniforms(part);
+        from.uniforms.add_all(part.slot_material);
+        from.uniforms.add(part.max_displacement_mm);
+        from.textures.add(part.textures.size());
+        from.add_textures(part);
+        from.placements.add_all(part.local_to_build.m);
+        from.placements.add(part.local_to_build.t);
+        from.placements.add(part.priority);
+        from.placements.add(part.instance);
+        from.placements.add(int32_t{part.support});
         for (const std::vector<int32_t>& objects : part.objects)
-            placements.add_all(objects);
-        if (part.piece != nullptr) add_piece(&placements, *part.piece);
+            from.placements.add_all(objects);
+        if (part.piece != nullptr) add_piece(&from.placements, *part.piece);
     }
     std::vector<std::pair<std::string, std::string>> made_from = {
         {"version of openfab", OPENFAB_VERSION},
         {"dither", dither_of(input, options)},
         {"support",
          input.support_code == 0 ? "none" : input.materials[input.support_code - 1].name},
-        {"fablets", fablets.text()},
-        {"meshes", meshes.text()},
-        {"uniforms", uniforms.text()},
-        {"textures", textures.text()},
-        {"placements", placements.text()}};
+        {"fablets", from.fablets.text()},
+        {"meshes", from.meshes.text()},
+        {"uniforms", from.uniforms.text()},
+        {"textures", from.textures.text()},
+        {"placements", from.placements.text()}};
     made_from.insert(made_from.end(), input.process.begin(), input.process.end());
     return made_from;
 }

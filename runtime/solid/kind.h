@@ -18,16 +18,13 @@ namespace openfab::solid {
 /// Solids of part::ShapeStage::bodies, by the same index; null where none is asked.
 using Bodies = std::vector<std::shared_ptr<Solid>>;
 
-/// `bodies`, of a shape, are those of its stage.
+/// `bodies` are those of the part's stage, if it has one.
 struct Kind {
-    /// Returns an address that parts of one geometry share; null if the part is of another kind.
-    const void* (*source)(const part::Part& part);
-    /// Returns whether two parts with one source have one geometry.
+    /// Returns whether two parts that share a geometry (part::shared_geometry) have one solid.
     bool (*alike)(const part::Part& a, const part::Part& b);
-    /// Changes a part's source to what `make` takes; parts alike get the result of the first.
+    /// Changes a part's mesh and geometry to what `make` takes; parts alike get those of the first.
     Result<void> (*refine)(const surface::SurfaceOptions& options, const Bodies& bodies,
                            part::Part* part);
-    void (*share)(const part::Part& first, part::Part* other);
     /// Returns a lower bound, from counts, of the memory for `make`; 0 where it is not worth a check.
     int64_t (*bytes)(const part::Part& part);
     /// Makes the solid. The part must outlive it.

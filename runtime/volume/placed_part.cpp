@@ -203,11 +203,11 @@ bool ask_alike(const openfab_fablet& a, const openfab_fablet& b) {
 
 std::vector<int32_t> solid_owners(const std::vector<part::Part>& parts) {
     std::vector<int32_t> owners;
-    // By source, to avoid comparing all pairs.
+    // By geometry, to avoid comparing all pairs.
     std::map<const void*, std::vector<int32_t>> known;
     for (size_t i = 0; i < parts.size(); ++i) {
         const solid::Kind& kind = solid::kind_of(parts[i]);
-        std::vector<int32_t>& candidates = known[kind.source(parts[i])];
+        std::vector<int32_t>& candidates = known[part::shared_geometry(parts[i])];
         const auto same = std::find_if(candidates.begin(), candidates.end(), [&](int32_t p) {
             return ask_alike(*parts[p].fablet, *parts[i].fablet) && kind.alike(parts[p], parts[i]);
         });
@@ -227,7 +227,8 @@ Result<void> refine_sources(const std::vector<int32_t>& owners,
     for (size_t i = 0; i < parts->size(); ++i) {
         part::Part& part = (*parts)[i];
         if (owners[i] != static_cast<int32_t>(i)) {
-            solid::kind_of(part).share((*parts)[owners[i]], &part);
+            part.mesh = (*parts)[owners[i]].mesh;
+            part.geometry = (*parts)[owners[i]].geometry;
         } else if (Result<void> done = solid::refine_source(options, &part); !done) {
             return done.error();
         }

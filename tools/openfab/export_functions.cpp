@@ -150,11 +150,10 @@ class FunctionsExport {
             return 0;
         };
         if (placement.piece >= 0) return say_why(messages::kCutIntoPieces);
-        const auto beams = world_.beams.find(object.mesh);
-        if (beams != world_.beams.end() && has_lonely_balls(*beams->second))
+        const mesh::Beams* beams = world_.beams_of(object.mesh);
+        if (beams != nullptr && has_lonely_balls(*beams))
             return say_why(messages::kBallsThatEndNoBeam);
-        if (beams != world_.beams.end() && !is_alike(scale))
-            return say_why(messages::kBeamsAreStretched);
+        if (beams != nullptr && !is_alike(scale)) return say_why(messages::kBeamsAreStretched);
         const Result<const FabletIr*> fablet = fablet_of(object.fablet);
         if (!fablet) return fablet.error();
         if ((*fablet)->has_surface) return say_why(messages::kDisplacesSurface);
@@ -165,10 +164,10 @@ class FunctionsExport {
             world_, **fablet, bindings_of(object, placement), object.name, object.location);
         if (!bound) return bound.error();
         Shape shape;
-        if (const auto it = world_.shapes.find(object.mesh); it != world_.shapes.end()) {
-            if (it->second.program != nullptr) return say_why(messages::kMadeByProgram);
-            const Result<void> found =
-                shape_of(it->second.fablet, object, *bound, **fablet, &shape);
+        if (world_.is_made(object.mesh)) {
+            const auto* stage = std::get_if<world::StageRef>(&world_.geometry_of(object.mesh));
+            if (stage == nullptr) return say_why(messages::kMadeByProgram);
+            const Result<void> found = shape_of(stage->fablet, object, *bound, **fablet, &shape);
             if (!found) return found.error();
             if (shape.fablet->grows) return say_why(messages::kGrowsByRules);
             if (shape.fablet->object_count > 0) return say_why(messages::kShapeAsksObjects);
@@ -237,8 +236,8 @@ class FunctionsExport {
         }
         const bool has_void = !void_amounts.empty() || may_be_void(fablet.volume, amounts);
         const int only = only_amount(fablet.volume, amounts);
-        const auto beams = world_.beams.find(object.mesh);
-        if (beams != world_.beams.end() && (only < 0 || has_void))
+        const mesh::Beams* beams = world_.beams_of(object.mesh);
+        if (beams != nullptr && (only < 0 || has_void))
             return user_error(messages::kBeamsOfSeveralMaterials);
         const bool mixed =
             only < 0 && std::set<size_t>(of_material.begin(), of_material.end()).size() > 1;
@@ -295,10 +294,9 @@ class FunctionsExport {
             data.color.push_back({function, "color", {}});
             volume = model_.add_volume(data, materials);
         }
-        if (beams != world_.beams.end()) {
-            if (has_hulls(*beams->second))
-                note_once(fmt::format(messages::kBeamsOfTwoRadii, object.name));
-            return model_.add_beams(object.name, *beams->second, materials);
+        if (beams != nullptr) {
+            if (has_hulls(*beams)) note_once(fmt::format(messages::kBeamsOfTwoRadii, object.name));
+            return model_.add_beams(object.name, *beams, materials);
         }
         const mesh::Mesh& mesh = world_.meshes[static_cast<size_t>(object.mesh)];
         if (!level)

@@ -253,20 +253,11 @@ void print_mesh(const mesh::Mesh& mesh, const std::string& indent) {
     }
 }
 
-/// What stands for a shape is a box.
-void print_shape(const world::ShapeRef& shape, const mesh::Mesh& mesh) {
+void print_box(const mesh::Mesh& mesh) {
     Box3d box;
     for (const Vec3d& p : mesh.positions)
         box.add(p);
     const Vec3d size = box.size();
-    if (shape.program == nullptr) {
-        show(fmt::format("  shape      by fablet {}\n", printable(shape.fablet)));
-    } else {
-        show(fmt::format("  program    {}\n",
-                         printable(fmt::format("{}", fmt::join(shape.program->command, " ")))));
-        for (const world::ProgramRef::Attribute& attribute : shape.program->attributes)
-            show(fmt::format("  attribute  {}: {}\n", printable(attribute.name), attribute.type));
-    }
     show(fmt::format("  box        {:.4g} x {:.4g} x {:.4g} mm, from {:.4g} {:.4g} {:.4g}\n",
                      size.x, size.y, size.z, box.lo.x, box.lo.y, box.lo.z));
 }
@@ -279,6 +270,25 @@ void print_beams(const mesh::Beams& beams) {
     for (const mesh::BeamAttribute& attribute : beams.attributes)
         show(fmt::format("  attribute  {}: {} {}\n", printable(attribute.name),
                          attribute.components, attribute.is_int ? "int a beam" : "float a node"));
+}
+
+void print_geometry(std::monostate /*itself*/, const mesh::Mesh& mesh) {
+    print_mesh(mesh, "  ");
+}
+void print_geometry(const std::shared_ptr<const mesh::Beams>& beams, const mesh::Mesh& /*box*/) {
+    print_beams(*beams);
+}
+void print_geometry(const world::StageRef& stage, const mesh::Mesh& box) {
+    show(fmt::format("  shape      by fablet {}\n", printable(stage.fablet)));
+    print_box(box);
+}
+void print_geometry(const std::shared_ptr<const world::ProgramRef>& program,
+                    const mesh::Mesh& box) {
+    show(fmt::format("  program    {}\n",
+                     printable(fmt::format("{}", fmt::join(program->command, " ")))));
+    for (const world::ProgramRef::Attribute& attribute : program->attributes)
+        show(fmt::format("  attribute  {}: {}\n", printable(attribute.name), attribute.type));
+    print_box(box);
 }
 
 Result<void> info_of_world(const std::string& file, const std::vector<std::string>& allow,
@@ -299,16 +309,9 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
     list_textures(*world, memory_bytes);
     for (size_t i = 0; i < world->meshes.size(); ++i) {
         const mesh::Mesh& mesh = world->meshes[i];
-        const auto beams = world->beams.find(static_cast<int32_t>(i));
         show(fmt::format("mesh       {}\n", printable(mesh.name)));
-        if (beams != world->beams.end()) {
-            print_beams(*beams->second);
-        } else if (const auto shape = world->shapes.find(static_cast<int32_t>(i));
-                   shape != world->shapes.end()) {
-            print_shape(shape->second, mesh);
-        } else {
-            print_mesh(mesh, "  ");
-        }
+        std::visit([&](const auto& of) { print_geometry(of, mesh); },
+                   world->geometry_of(static_cast<int32_t>(i)));
     }
     std::vector<int64_t> placed(world->objects.size());
     Box3d box;
@@ -319,7 +322,7 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
         const world::Object& object = world->objects[placement.object];
         const mesh::Mesh& mesh = world->meshes[object.mesh];
         work += static_cast<double>(mesh.positions.size());
-        of_boxes = of_boxes || world->shapes.contains(object.mesh);
+        of_boxes = of_boxes || world->is_made(object.mesh);
         if (work > kMostVertices) continue;
         for (const Vec3d& p : mesh.positions)
             box.add(placement.transform.apply(p));

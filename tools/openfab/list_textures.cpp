@@ -124,8 +124,8 @@ std::map<std::string, std::string> kinds_of(const world::World& world) {
         take(name, fablet.uniforms);
     for (const world::Object& object : world.objects) {
         take(object.fablet, object.uniforms);
-        if (const auto shape = world.shapes.find(object.mesh); shape != world.shapes.end())
-            take(shape->second.fablet, object.uniforms);
+        const auto* stage = std::get_if<world::StageRef>(&world.geometry_of(object.mesh));
+        if (stage != nullptr) take(stage->fablet, object.uniforms);
     }
     return out;
 }

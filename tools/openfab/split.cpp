@@ -213,7 +213,7 @@ class Splitter {
         }
         // What has no mesh has one of a box until here.
         std::vector<std::array<int32_t, 3>> triangles = mesh.triangles;
-        if (placed->extent || world_.beams.contains(object.mesh)) {
+        if (placed->extent || world_.beams_of(object.mesh) != nullptr) {
             Box3d within;
             for (const Vec3d& p : positions)
                 within.add(to_build.apply(p));

@@ -18,9 +18,11 @@ namespace {
 
 /// What placements of beams share.
 struct Shared {
-    explicit Shared(const part::Part& of) : part(of), tree(*of.beams) {}
+    explicit Shared(const part::Part& of)
+        : part(of), beams(*std::get<part::BeamGeometry>(of.geometry).beams), tree(beams) {}
 
     const part::Part& part;
+    const part::PartBeams& beams;
     BeamTree tree;
     bool asked = false;
     std::unique_ptr<const BeamAttributes> attributes;  ///< null where nothing reads nearest points
@@ -133,7 +135,7 @@ class BeamSolid final : public Solid {
     explicit BeamSolid(const part::Part& part) : shared_(part) {}
 
     Box3d exact_box(const Affine3d& local_to_other) const override {
-        return mapped_box(*shared_.part.beams, local_to_other);
+        return mapped_box(shared_.beams, local_to_other);
     }
     Box3d box_on_sides(const Affine3d& local_to_other,
                        std::span<const pieces::Side> sides) const override {
@@ -160,7 +162,7 @@ class BeamSolid final : public Solid {
         shared_.asked = shared_.asked || asked.nearest;
         if ((asked.attributes || asked.geometry) && shared_.attributes == nullptr) {
             shared_.attributes =
-                std::make_unique<const BeamAttributes>(*shared_.part.beams, *shared_.part.fablet);
+                std::make_unique<const BeamAttributes>(shared_.beams, *shared_.part.fablet);
         }
     }
     std::unique_ptr<Placed> place(const Place& where) const override {
@@ -174,14 +176,13 @@ class BeamSolid final : public Solid {
 }  // namespace
 
 const Kind kBeamKind{
-    .source = [](const part::Part& part) -> const void* { return part.beams.get(); },
     .alike = [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; },
     .refine = [](const surface::SurfaceOptions& /*options*/, const Bodies& /*bodies*/,
                  part::Part* /*part*/) -> Result<void> { return {}; },
-    .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
     .bytes =
         [](const part::Part& part) {
-            return BeamTree::bytes(static_cast<int64_t>(part.beams->beams->beams.size()));
+            return BeamTree::bytes(static_cast<int64_t>(
+                std::get<part::BeamGeometry>(part.geometry).beams->beams->beams.size()));
         },
     .make = [](const part::Part& part, const surface::SurfaceOptions& /*options*/,
                const Bodies& /*bodies*/) -> Result<std::shared_ptr<Solid>> {

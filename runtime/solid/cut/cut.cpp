@@ -223,9 +223,7 @@ void Cut::apply(int32_t slab, voxel::SlabMask* mask, std::vector<FilledMask>* fi
 Box3d box_in_build(const part::Part& part, const Solid& solid) {
     if (part.piece == nullptr) return solid.exact_box(part.local_to_build);
     const pieces::Region& region = part.piece->region;
-    // The mesh of a shape, and of beams, is a box around them.
-    const bool mesh = part.shape == nullptr && part.beams == nullptr && part.mesh != nullptr &&
-                      !part.mesh->triangles.empty();
+    const bool mesh = part::is_mesh(part) && part.mesh != nullptr && !part.mesh->triangles.empty();
     if (mesh && !solid.dices()) {
         return pieces::piece_box(pieces::Body{part.mesh->positions, part.mesh->triangles}, region,
                                  part.local_to_build);

@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/part/shape_stage.h"
-
 namespace openfab::solid {
 
 namespace {
@@ -18,13 +16,13 @@ constexpr size_t kTreeBytes = 32u << 20;
 
 }  // namespace
 
-BodySource::BodySource(const part::Part& stage, const Bodies& bodies, openfab_isa isa)
+BodySource::BodySource(const part::ShapeStage& stage, const Bodies& bodies, openfab_isa isa)
     : queries_{isa, nearest::make_patch_cache(kTreeBytes)} {
     for (size_t i = 0; i < bodies.size(); ++i) {
         standing_.push_back(nullptr);
         if (bodies[i] != nullptr)
-            standing_.back() = std::make_shared<const Standing>(part::shape_stage(stage).bodies[i],
-                                                                bodies[i], queries_);
+            standing_.back() =
+                std::make_shared<const Standing>(stage.bodies[i], bodies[i], queries_);
     }
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "runtime/part/shape_stage.h"
 #include "runtime/solid/grow/clump.h"
 #include "runtime/solid/kind.h"
 
@@ -15,7 +16,7 @@ namespace openfab::solid {
 class BodySource : public ClumpSource {
   public:
     /// `bodies`: solids of the stage's bodies; null ones cannot be placed.
-    BodySource(const part::Part& stage, const Bodies& bodies, openfab_isa isa);
+    BodySource(const part::ShapeStage& stage, const Bodies& bodies, openfab_isa isa);
 
     bool has_bodies() const override { return !standing_.empty(); }
     Result<void> status() const override;

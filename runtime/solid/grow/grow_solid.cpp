@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "abi/grow_table.h"
+#include "runtime/part/shape_stage.h"
 #include "runtime/solid/grow/grow_coverage.h"
 #include "runtime/solid/grow/grow_engine.h"
 #include "runtime/solid/grow/program_source.h"
@@ -21,9 +21,9 @@ namespace {
 std::unique_ptr<const ClumpSource> make_source(const part::Part& of,
                                                const surface::SurfaceOptions& options,
                                                const Bodies& bodies) {
-    if (const part::ProgramStage* program = part::program_stage(*of.shape); program != nullptr)
-        return make_program_source(*program, *of.fablet, bodies, options);
-    return make_rule_source(*of.shape, *of.fablet, bodies, options.isa);
+    const auto& grown = std::get<part::GrownGeometry>(of.geometry);
+    if (grown.program != nullptr) return make_program_source(grown, *of.fablet, bodies, options);
+    return make_rule_source(*grown.stage, *of.fablet, bodies, options.isa);
 }
 
 /// What placements share.
@@ -208,19 +208,14 @@ class GrowSolid final : public Solid {
 }  // namespace
 
 const Kind kGrowKind{
-    .source = [](const part::Part& part) -> const void* {
-        const part::Part* stage = part.shape.get();
-        return stage != nullptr && openfab_grows(stage->fablet->shape) ? stage : nullptr;
-    },
     // Values are of the fablet's @nearest inputs.
     .alike = [](const part::Part& a, const part::Part& b) { return a.fablet == b.fablet; },
     .refine = [](const surface::SurfaceOptions& /*options*/, const Bodies& /*bodies*/,
                  part::Part* part) -> Result<void> {
         if (part->fablet->has_surface == 0) return {};
-        return error_at(part->shape->location, messages::kBeamsNotDisplaced,
+        return error_at(part::stage_of(*part)->location, messages::kBeamsNotDisplaced,
                         messages::kBeamsNotDisplacedHelp);
     },
-    .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
     .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
     .make = [](const part::Part& part, const surface::SurfaceOptions& options,
                const Bodies& bodies) -> Result<std::shared_ptr<Solid>> {

@@ -45,10 +45,11 @@ struct Reading {
 
 class ProgramSource final : public BodySource {
   public:
-    ProgramSource(const part::ProgramStage& stage, const openfab_fablet& fablet,
+    ProgramSource(const part::GrownGeometry& grown, const openfab_fablet& fablet,
                   const Bodies& bodies, const surface::SurfaceOptions& options)
-        : BodySource(stage, bodies, options.isa),
-          stage_(stage),
+        : BodySource(*grown.stage, bodies, options.isa),
+          stage_(*grown.stage),
+          table_(*grown.program),
           options_(options),
           program_(of().command, of().folder, {of().answer_ms, of().most_bytes}) {
         layout_.places = of().places;
@@ -56,8 +57,8 @@ class ProgramSource final : public BodySource {
             (attribute.is_int ? layout_.ints : layout_.floats) += attribute.components;
         for (int32_t i = 0; i < fablet.nearest_count; ++i)
             add_reading(fablet.nearest[i]);
-        for (const Vec3d& p : stage.mesh->positions)
-            box_.add(vec_cast<float>(p + stage.mesh->center_part_mm));
+        for (const Vec3d& p : stage_.mesh->positions)
+            box_.add(vec_cast<float>(p + stage_.mesh->center_part_mm));
     }
 
     BeamValues values() const override {
@@ -114,7 +115,7 @@ class ProgramSource final : public BodySource {
         const std::string& asked;
     };
 
-    const world::ProgramRef& of() const { return *stage_.table->program; }
+    const world::ProgramRef& of() const { return *table_.program; }
 
     void add_reading(const openfab_varying& input) {
         const bool is_float = input.scalar == OPENFAB_FLOAT;
@@ -287,7 +288,8 @@ class ProgramSource final : public BodySource {
         return {};
     }
 
-    const part::ProgramStage& stage_;
+    const part::ShapeStage& stage_;
+    const part::ProgramTable& table_;
     const surface::SurfaceOptions options_;
     AnswerLayout layout_;
     std::vector<Reading> floats_, ints_;
@@ -300,11 +302,11 @@ class ProgramSource final : public BodySource {
 
 }  // namespace
 
-std::unique_ptr<const ClumpSource> make_program_source(const part::ProgramStage& stage,
+std::unique_ptr<const ClumpSource> make_program_source(const part::GrownGeometry& of,
                                                        const openfab_fablet& fablet,
                                                        const Bodies& bodies,
                                                        const surface::SurfaceOptions& options) {
-    return std::make_unique<ProgramSource>(stage, fablet, bodies, options);
+    return std::make_unique<ProgramSource>(of, fablet, bodies, options);
 }
 
 }  // namespace openfab::solid

@@ -15,7 +15,7 @@
 namespace openfab::solid {
 
 /// As make_rule_source.
-std::unique_ptr<const ClumpSource> make_program_source(const part::ProgramStage& stage,
+std::unique_ptr<const ClumpSource> make_program_source(const part::GrownGeometry& of,
                                                        const openfab_fablet& fablet,
                                                        const Bodies& bodies,
                                                        const surface::SurfaceOptions& options);

@@ -60,7 +60,7 @@ struct Level {
 
 /// What a thread grows clumps with; its memory is used again.
 struct Bench {
-    Bench(const part::Part& stage, const surface::StaticArgs& fixed, openfab_isa isa)
+    Bench(const part::ShapeStage& stage, const surface::StaticArgs& fixed, openfab_isa isa)
         : calls(stage, fixed, isa) {}
 
     RuleCalls calls;
@@ -73,7 +73,7 @@ struct Bench {
 
 class RuleSource final : public BodySource {
   public:
-    RuleSource(const part::Part& stage, const openfab_fablet& fablet, const Bodies& bodies,
+    RuleSource(const part::ShapeStage& stage, const openfab_fablet& fablet, const Bodies& bodies,
                openfab_isa isa)
         : BodySource(stage, bodies, isa), stage_(stage), fixed_(stage), isa_(isa) {
         const openfab_shape& shape = *stage.fablet->shape;
@@ -435,7 +435,7 @@ class RuleSource final : public BodySource {
         return complaint(fmt::format("{} {}", who, what), help);
     }
 
-    const part::Part& stage_;
+    const part::ShapeStage& stage_;
     const surface::StaticArgs fixed_;
     const openfab_isa isa_;
     Roles roles_;
@@ -447,7 +447,7 @@ class RuleSource final : public BodySource {
 
 }  // namespace
 
-std::unique_ptr<const ClumpSource> make_rule_source(const part::Part& stage,
+std::unique_ptr<const ClumpSource> make_rule_source(const part::ShapeStage& stage,
                                                     const openfab_fablet& fablet,
                                                     const Bodies& bodies, openfab_isa isa) {
     return std::make_unique<RuleSource>(stage, fablet, bodies, isa);

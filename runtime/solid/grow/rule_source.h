@@ -18,7 +18,7 @@ namespace openfab::solid {
 
 /// `stage`: the part of Part::shape, whose mesh is the box of all; `fablet` has the @nearest inputs. Both
 /// must outlive what is returned. `bodies`: of the stage, as kinds get them.
-std::unique_ptr<const ClumpSource> make_rule_source(const part::Part& stage,
+std::unique_ptr<const ClumpSource> make_rule_source(const part::ShapeStage& stage,
                                                     const openfab_fablet& fablet,
                                                     const Bodies& bodies, openfab_isa isa);
 

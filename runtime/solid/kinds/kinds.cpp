@@ -6,7 +6,6 @@
 
 #include <iterator>
 
-#include "base/check.h"
 #include "runtime/part/shape_stage.h"
 #include "runtime/solid/beams/beam_solid.h"
 #include "runtime/solid/cut/cut.h"
@@ -20,20 +19,18 @@ namespace openfab::solid {
 
 namespace {
 
-// The first that has a source makes the part: shapes and beams have a mesh, too, their box.
-constexpr const Kind* kKinds[] = {&kGrowKind, &kShapeKind, &kBeamKind, &kMeshKind};
+/// In the order of part::Geometry.
+constexpr const Kind* kKinds[] = {&kMeshKind, &kBeamKind, &kShapeKind, &kGrowKind};
 static_assert(std::size(kKinds) == kKindCount);
 
 /// Parts that are stretched are alike where they share what they are stretched from.
 const Kind kStretchedKind{
-    .source = [](const part::Part& part) -> const void* { return part.stretched.get(); },
     .alike = [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; },
     .refine = [](const surface::SurfaceOptions& options, const Bodies& bodies,
                  part::Part* part) -> Result<void> {
         part::Part source = part->stretched->source;
         return kind_of(source).refine(options, bodies, &source);
     },
-    .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
     .bytes =
         [](const part::Part& part) {
             const part::Part& source = part.stretched->source;
@@ -51,19 +48,16 @@ const Kind kStretchedKind{
 }  // namespace
 
 const Kind& kind_of(const part::Part& part) {
-    if (part.stretched != nullptr) return kStretchedKind;
-    for (const Kind* kind : kKinds) {
-        if (kind->source(part) != nullptr) return *kind;
-    }
-    OPENFAB_CHECK(false);
+    return part.stretched != nullptr ? kStretchedKind : *kKinds[part.geometry.index()];
 }
 
 namespace {
 
 Result<Bodies> bodies_of(const part::Part& part, const surface::SurfaceOptions& options) {
     Bodies out;
-    if (part.shape == nullptr) return out;
-    for (const std::shared_ptr<const part::Part>& body : part::shape_stage(*part.shape).bodies) {
+    const part::ShapeStage* stage = part::stage_of(part);
+    if (stage == nullptr) return out;
+    for (const std::shared_ptr<const part::Part>& body : stage->bodies) {
         out.push_back(nullptr);
         if (body == nullptr) continue;
         Result<std::shared_ptr<Solid>> made = make_solid(*body, options);
@@ -83,14 +77,13 @@ Result<std::shared_ptr<Solid>> make_solid(const part::Part& part,
 }
 
 bool reach_is_known(const part::Part& part) {
-    const part::Part& source = part.stretched != nullptr ? part.stretched->source : part;
-    return kGrowKind.source(source) == nullptr;
+    return !std::holds_alternative<part::GrownGeometry>(part.geometry);
 }
 
 Result<Box3d> extent_in_build(const part::Part& part, openfab_isa isa) {
     if (!reach_is_known(part)) {
-        const part::Part& source = part.stretched != nullptr ? part.stretched->source : part;
-        return error_at(source.shape->location, fmt::format(messages::kReachNotKnown, part.name),
+        return error_at(part::stage_of(part)->location,
+                        fmt::format(messages::kReachNotKnown, part.name),
                         messages::kReachNotKnownHelp);
     }
     // Of what a shape asks for distances: they are within a fiftieth of this.
@@ -114,8 +107,9 @@ Result<void> refine_source(const surface::SurfaceOptions& options, part::Part* p
 
 int64_t source_bytes(const part::Part& part) {
     int64_t bytes = kind_of(part).bytes(part);
-    if (part.shape == nullptr) return bytes;
-    for (const std::shared_ptr<const part::Part>& body : part::shape_stage(*part.shape).bodies)
+    const part::ShapeStage* stage = part::stage_of(part);
+    if (stage == nullptr) return bytes;
+    for (const std::shared_ptr<const part::Part>& body : stage->bodies)
         bytes += body != nullptr ? source_bytes(*body) : 0;
     return bytes;
 }

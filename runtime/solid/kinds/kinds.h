@@ -5,15 +5,16 @@
 // The kinds of solids that a print may hold.
 
 #include <cstddef>
+#include <variant>
 
 #include "runtime/solid/kind.h"
 
 namespace openfab::solid {
 
 /// How many there are: tests/crossings has rows for each.
-inline constexpr size_t kKindCount = 4;
+inline constexpr size_t kKindCount = std::variant_size_v<part::Geometry>;
 
-/// Returns the kind of a part's geometry. Every part has one.
+/// Returns the kind of a part's geometry, or that of stretched parts.
 const Kind& kind_of(const part::Part& part);
 
 /// As Kind::make, refine and bytes, of a part and the bodies that its shape asks.

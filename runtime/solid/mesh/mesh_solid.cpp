@@ -183,7 +183,6 @@ std::shared_ptr<Solid> make_solid_of(const part::Part& part,
 }
 
 const Kind kMeshKind{
-    .source = [](const part::Part& part) -> const void* { return part.mesh.get(); },
     .alike =
         [](const part::Part& a, const part::Part& b) {
             return a.max_displacement_mm == b.max_displacement_mm &&
@@ -197,7 +196,6 @@ const Kind kMeshKind{
         part->mesh = std::move(*mesh);
         return {};
     },
-    .share = [](const part::Part& first, part::Part* other) { other->mesh = first.mesh; },
     .bytes =
         [](const part::Part& part) {
             return part.fablet->has_surface == 0

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "base/infinity.h"
-#include "runtime/part/shape_stage.h"
 
 namespace openfab::solid {
 
@@ -20,13 +19,13 @@ constexpr float kRelative = 0x1p-14f, kOfCoordinates = 0x1p-18f;
 
 }  // namespace
 
-ShapeBodies::ShapeBodies(const part::Part& stage, const Bodies& solids, double cell_mm,
+ShapeBodies::ShapeBodies(const part::ShapeStage& stage, const Bodies& solids, double cell_mm,
                          openfab_isa isa)
     : grid_{{0, 0, 0}, {cell_mm, cell_mm, cell_mm}, {8, 8, 8}}, bodies_(solids.size()) {
     const auto trees = nearest::make_patch_cache(kTreeBytes);
     for (size_t i = 0; i < solids.size(); ++i) {
         if (solids[i] == nullptr) continue;
-        const part::Part& part = *part::shape_stage(stage).bodies[i];
+        const part::Part& part = *stage.bodies[i];
         Body& body = bodies_[i];
         body.solid = solids[i];
         body.move = stage.mesh->center_part_mm - part.mesh->center_part_mm;

@@ -12,7 +12,7 @@
 
 #include "abi/fablet_table.h"
 #include "runtime/nearest/engine.h"
-#include "runtime/part/part.h"
+#include "runtime/part/shape_stage.h"
 #include "runtime/solid/kind.h"
 #include "runtime/solid/solid.h"
 
@@ -32,7 +32,8 @@ class ShapeBodies {
     };
 
     /// `stage` is the part with these bodies, which must outlive it.
-    ShapeBodies(const part::Part& stage, const Bodies& solids, double cell_mm, openfab_isa isa);
+    ShapeBodies(const part::ShapeStage& stage, const Bodies& solids, double cell_mm,
+                openfab_isa isa);
 
     /// Computes the signed distances, mm, to a body at n points of the stage, part-local, by axis;
     /// infinite where a coordinate is NaN, or beyond nearest::kMaxCoordinate.

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "abi/shape_distance.h"
-#include "runtime/part/shape_stage.h"
 
 namespace openfab::solid {
 
@@ -25,22 +24,22 @@ size_t whole_groups(size_t n) {
 
 }  // namespace
 
-float scale_of_values(const part::Part& stage) {
+float scale_of_values(const part::ShapeStage& stage) {
     constexpr double kSlack = 1e-6;
-    const std::array<double, 3>& stretch = part::shape_stage(stage).stretch;
+    const std::array<double, 3>& stretch = stage.stretch;
     const auto [least, most] = std::minmax_element(stretch.begin(), stretch.end());
     return *most - *least <= kSlack * *least ? static_cast<float>(*least) : 0.0f;
 }
 
-ShapeCalls::ShapeCalls(const part::Part& stage, const surface::StaticArgs& fixed,
+ShapeCalls::ShapeCalls(const part::ShapeStage& stage, const surface::StaticArgs& fixed,
                        const ShapeBodies& bodies, openfab_isa isa)
     : shape_(*stage.fablet->shape),
       fixed_(fixed),
       bodies_(bodies),
       isa_(isa),
-      distances_(part::shape_stage(stage).bodies.size()) {
+      distances_(stage.bodies.size()) {
     for (size_t a = 0; a < 3; ++a) {
-        const double stretch = part::shape_stage(stage).stretch[a];
+        const double stretch = stage.stretch[a];
         stretched_ = stretched_ || stretch != 1;
         shrink_[a] = static_cast<float>(1 / stretch);
     }

@@ -11,7 +11,7 @@
 
 #include "abi/fablet_table.h"
 #include "abi/kernel_call.h"
-#include "runtime/part/part.h"
+#include "runtime/part/shape_stage.h"
 #include "runtime/segments/driver.h"
 #include "runtime/solid/shape/shape_bodies.h"
 #include "runtime/surface/kernel_args.h"
@@ -38,15 +38,15 @@ struct ShapePoints {
 
 /// Returns what values of a stage are multiplied by to be those of the part, if that is scaled alike
 /// along all axes; else 0.
-float scale_of_values(const part::Part& stage);
+float scale_of_values(const part::ShapeStage& stage);
 
 class ShapeCalls final : segments::Arguments, segments::Handler {
   public:
     /// `stage`: the part of Part::shape, which must outlive it, as `fixed`, its arguments, and what it
     /// asks must. Points, boxes and values are those of the part, of which the stage's may be a scaled
     /// copy.
-    ShapeCalls(const part::Part& stage, const surface::StaticArgs& fixed, const ShapeBodies& bodies,
-               openfab_isa isa);
+    ShapeCalls(const part::ShapeStage& stage, const surface::StaticArgs& fixed,
+               const ShapeBodies& bodies, openfab_isa isa);
 
     /// Computes the values at the points; negative is inside.
     abi::KernelStatus values(const ShapePoints& points, std::vector<float>* out);

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/part/shape_stage.h"
 #include "runtime/solid/messages.h"
 #include "runtime/solid/shape/shape_field.h"
 
@@ -29,8 +28,7 @@ constexpr float kTouches = 0x1p-17f;
 std::string ShapeField::place(const Vec3f& p) const {
     Vec3d at = vec_cast<double>(p);
     for (int a = 0; a < 3; ++a)
-        at[a] = at[a] / part::shape_stage(stage_).stretch[static_cast<size_t>(a)] +
-                stage_.mesh->center_part_mm[a];
+        at[a] = at[a] / stage_.stretch[static_cast<size_t>(a)] + stage_.mesh->center_part_mm[a];
     return fmt::format("({:.4g}, {:.4g}, {:.4g})", at.x, at.y, at.z);
 }
 

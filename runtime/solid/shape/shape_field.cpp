@@ -11,7 +11,6 @@
 #include <cstring>
 #include <tuple>
 
-#include "runtime/part/shape_stage.h"
 #include "runtime/solid/shape/cell_triangles.h"
 
 namespace openfab::solid {
@@ -34,15 +33,15 @@ int32_t round_to_power(int32_t n) {
 
 }  // namespace
 
-ShapeField::ShapeField(const part::Part& stage, const Bodies& bodies, const openfab_fablet& fablet,
-                       double cell_mm, openfab_isa isa)
+ShapeField::ShapeField(const part::ShapeStage& stage, const Bodies& bodies,
+                       const openfab_fablet& fablet, double cell_mm, openfab_isa isa)
     : stage_(stage),
       fixed_(stage),
       bodies_(stage, bodies, cell_mm, isa),
       cell_mm_(cell_mm),
       isa_(isa) {
     Box3d box;
-    const std::array<double, 3>& stretch = part::shape_stage(stage).stretch;
+    const std::array<double, 3>& stretch = stage.stretch;
     for (const Vec3d& p : stage.mesh->positions)
         box.add(Vec3d{p.x * stretch[0], p.y * stretch[1], p.z * stretch[2]});
     for (int a = 0; a < 3; ++a) {

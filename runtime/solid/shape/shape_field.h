@@ -41,7 +41,7 @@ class ShapeField {
   public:
     /// `stage`: the part of Part::shape; `bodies`: those of it; `fablet` has the @nearest inputs. Stage
     /// and fablet must outlive it.
-    ShapeField(const part::Part& stage, const Bodies& bodies, const openfab_fablet& fablet,
+    ShapeField(const part::ShapeStage& stage, const Bodies& bodies, const openfab_fablet& fablet,
                double cell_mm, openfab_isa isa);
 
     /// Returns an error where the shape is negative at the border of its box, nowhere negative in it,
@@ -79,7 +79,7 @@ class ShapeField {
     /// Makes the micropolygons of a block.
     void dice(const Vec3i& lowest, surface::MicroMesh* out) const;
 
-    const part::Part& stage() const { return stage_; }
+    const part::ShapeStage& stage() const { return stage_; }
     /// Returns whether values are distances: they are declared so, and scaled alike along all axes.
     bool is_distance() const;
     ShapeCalls* take() const {
@@ -128,7 +128,7 @@ class ShapeField {
     Error error(const std::string& what, const std::string& help) const;
     std::string place(const Vec3f& p) const;
 
-    const part::Part& stage_;
+    const part::ShapeStage& stage_;
     surface::StaticArgs fixed_;
     const ShapeBodies bodies_;
     double cell_mm_;

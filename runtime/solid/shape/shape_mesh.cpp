@@ -171,14 +171,15 @@ Result<std::shared_ptr<const part::PartMesh>> mesh_of_shape(const part::Part& pa
     const openfab_fablet& fablet = *part.fablet;
     const part::PartMesh& box = *part.mesh;
     const double cell = cell_of(box, options.micro_edge_mm);
-    const ShapeField field(*part.shape, bodies, fablet, cell, options.isa);
+    const part::ShapeStage& stage = *std::get<part::ShapeGeometry>(part.geometry).stage;
+    const ShapeField field(stage, bodies, fablet, cell, options.isa);
     if (Result<void> fine = field.check(); !fine) return fine.error();
     const Welded welded = weld(field, options.stop);
     ShapeCalls* calls = field.take();
     abi::KernelStatus status;
     const std::vector<Vec3f> slopes =
         normals(welded.points, kStep * static_cast<float>(cell), field.bounds(), calls, &status);
-    Outputs outputs(*part.shape->fablet->shape, calls, welded);
+    Outputs outputs(*stage.fablet->shape, calls, welded);
     if (status.ok()) status = outputs.evaluate();
     auto out = std::make_shared<part::PartMesh>();
     if (status.ok()) {

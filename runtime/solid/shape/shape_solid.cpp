@@ -27,7 +27,8 @@ struct ShapeScratch final : Scratch {
 struct SharedShape {
     SharedShape(const part::Part& part, const surface::SurfaceOptions& options,
                 const Bodies& bodies)
-        : field(*part.shape, bodies, *part.fablet, options.micro_edge_mm, options.isa) {}
+        : field(*std::get<part::ShapeGeometry>(part.geometry).stage, bodies, *part.fablet,
+                options.micro_edge_mm, options.isa) {}
 
     ShapeField field;
     bool asked = false;
@@ -203,7 +204,6 @@ void ShapeSolid::prepare(const Asked& asked, const QuerySetUp& queries) {
 }  // namespace
 
 const Kind kShapeKind{
-    .source = [](const part::Part& part) -> const void* { return part.shape.get(); },
     .alike =
         [](const part::Part& a, const part::Part& b) {
             return a.fablet->has_surface == 0 || kMeshKind.alike(a, b);
@@ -215,14 +215,9 @@ const Kind kShapeKind{
         Result<std::shared_ptr<const part::PartMesh>> mesh = mesh_of_shape(*part, options, bodies);
         if (!mesh) return mesh.error();
         part->mesh = std::move(*mesh);
-        part->shape = nullptr;
+        part->geometry = part::MeshGeometry{};
         return kMeshKind.refine(options, {}, part);
     },
-    .share =
-        [](const part::Part& first, part::Part* other) {
-            other->mesh = first.mesh;
-            other->shape = first.shape;
-        },
     .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
     .make = [](const part::Part& part, const surface::SurfaceOptions& options,
                const Bodies& bodies) -> Result<std::shared_ptr<Solid>> {

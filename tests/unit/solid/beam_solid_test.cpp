@@ -115,7 +115,7 @@ struct Made {
         part.name = "beams";
         part.fablet = &fablet;
         part.mesh = *part::make_part_mesh(mesh::box_mesh("beams", from), fablet, s);
-        part.beams = part::make_part_beams(beams, fablet, s, *part.mesh);
+        part.geometry = part::BeamGeometry{part::make_part_beams(beams, fablet, s, *part.mesh)};
         part.local_to_build.m = {0.40923325984932796, -0.9119847905251406, 0.02849352354321616,
                                  0.708653140405184,   0.2980114870440326,  -0.6395309845376336,
                                  0.5747511336456527,  0.28190937451709513, 0.76823709812298};
@@ -141,7 +141,8 @@ struct Made {
 
     /// Part-local to the beams' own space.
     Vec3d own(const Vec3f& p) const {
-        return (vec_cast<double>(p) + part.mesh->center_part_mm) * (1 / part.beams->scale);
+        return (vec_cast<double>(p) + part.mesh->center_part_mm) *
+               (1 / std::get<part::BeamGeometry>(part.geometry).beams->scale);
     }
     Vec3f centre(const Vec3i& voxel) const { return VoxelFrame(frame).box(voxel, voxel).lo; }
     std::vector<uint8_t> covered() const { return solid::covered(*placed, grid); }

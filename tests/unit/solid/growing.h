@@ -19,6 +19,7 @@
 #include "mesh/model/primitives.h"
 #include "runtime/part/bind_beams.h"
 #include "runtime/part/part_mesh.h"
+#include "runtime/part/shape_stage.h"
 #include "runtime/solid/beams/beam_solid.h"
 #include "runtime/solid/grow/grow_solid.h"
 #include "runtime/solid/grow/grown.h"
@@ -187,11 +188,14 @@ struct Made {
         part.fablet = &fablet;
         part.mesh = *part::make_part_mesh(mesh, fablet, s);
         if (beams != nullptr) {
-            part.beams = part::make_part_beams(beams, fablet, s, *part.mesh);
+            part.geometry = part::BeamGeometry{part::make_part_beams(beams, fablet, s, *part.mesh)};
         } else {
-            auto stage = std::make_shared<part::Part>(part);
+            auto stage = std::make_shared<part::ShapeStage>();
+            stage->name = part.name;
+            stage->fablet = part.fablet;
+            stage->mesh = part.mesh;
             stage->location = {"world.fab.json", 7, 3};
-            part.shape = stage;
+            part.geometry = part::GrownGeometry{stage, nullptr};
         }
         part.local_to_build.m = {0.40923325984932796, -0.9119847905251406, 0.02849352354321616,
                                  0.708653140405184,   0.2980114870440326,  -0.6395309845376336,

@@ -147,7 +147,7 @@ struct Made {
         stage->fablet = &fablet;
         stage->mesh = *part::make_part_mesh(box, plain, {1, 0, 0, 0, 1, 0, 0, 0, 1});
         part = *stage;
-        part.shape = std::move(stage);
+        part.geometry = part::ShapeGeometry{std::move(stage)};
         part.local_to_build.m = {0.40923325984932796, -0.9119847905251406, 0.02849352354321616,
                                  0.708653140405184,   0.2980114870440326,  -0.6395309845376336,
                                  0.5747511336456527,  0.28190937451709513, 0.76823709812298};
@@ -310,7 +310,8 @@ TEST(ShapeSolid, DicedDistancesAreWithinAFiftiethOfAVoxel) {
 TEST(ShapeSolid, TheDicedSurfaceIsClosedAndHasAttributes) {
     for (const auto& made :
          {make<ball>({8, 8, 8}), make<ring>({11, 11, 3}), make<brick>({6, 8, 4})}) {
-        const ShapeField field(*made->part.shape, {}, made->fablet, 0.17, OPENFAB_ISA_AVX2);
+        const ShapeField field(*part::stage_of(made->part), {}, made->fablet, 0.17,
+                               OPENFAB_ISA_AVX2);
         const std::vector<Vec3i> blocks = field.find_blocks(nullptr);
         const auto surface = make_shape_surface(field, blocks, 64 << 20, nullptr);
         EXPECT_GT(surface->patches().size(), 8u);
@@ -344,13 +345,13 @@ TEST(ShapeSolid, TheDicedSurfaceIsClosedAndHasAttributes) {
 
 /// A shape of a part that is scaled.
 std::unique_ptr<Made> scaled(std::unique_ptr<Made> made, const Vec3d& by) {
-    auto stage = std::make_shared<part::ShapeStage>(part::shape_stage(*made->part.shape));
+    auto stage = std::make_shared<part::ShapeStage>(*part::stage_of(made->part));
     stage->stretch = {by.x, by.y, by.z};
     auto box = std::make_shared<part::PartMesh>(*made->part.mesh);
     for (Vec3d& p : box->positions)
         p = {p.x * by.x, p.y * by.y, p.z * by.z};
     made->part.mesh = box;
-    made->part.shape = std::move(stage);
+    made->part.geometry = part::ShapeGeometry{std::move(stage)};
     return made;
 }
 
@@ -413,13 +414,13 @@ TEST(ShapeSolid, AsksForTheDistanceToAMesh) {
     body->fablet = &plain;
     body->mesh =
         *part::make_part_mesh(mesh::make_box({6, 8, 4}), plain, {1, 0, 0, 0, 1, 0, 0, 0, 1});
-    auto stage = std::make_shared<part::ShapeStage>(part::shape_stage(*made->part.shape));
+    auto stage = std::make_shared<part::ShapeStage>(*part::stage_of(made->part));
     stage->bodies.push_back(body);
     // The mesh stands on z = 0; that of the shape is about its middle.
     auto box = std::make_shared<part::PartMesh>(*stage->mesh);
     box->center_part_mm = body->mesh->center_part_mm;
     stage->mesh = box;
-    made->part.shape = std::move(stage);
+    made->part.geometry = part::ShapeGeometry{std::move(stage)};
     const Result<std::shared_ptr<Solid>> solid = make_solid(made->part, options_of(0.1));
     ASSERT_TRUE(solid) << solid.error().text();
     const double volume =
