@@ -141,8 +141,9 @@ std::vector<std::string> crowded_warnings(
     std::vector<std::string> warnings;
     size_t crowded = 0;
     for (size_t i = 0; i < parts.size(); ++i) {
-        if (owners[i] != static_cast<int32_t>(i) || !solids[i]->dices()) continue;
-        const double around = solids[i]->crowding();
+        const solid::Dicing* dicing = solids[i]->dicing();
+        if (owners[i] != static_cast<int32_t>(i) || dicing == nullptr) continue;
+        const double around = dicing->crowding();
         if (!(around > surface::kCrowded) || ++crowded > kMostLines) continue;
         const part::Part& part = parts[i];
         const std::string bound =

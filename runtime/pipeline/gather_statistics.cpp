@@ -90,8 +90,9 @@ void gather_statistics(const PrintSetup& setup, const SlabLoop& loop,
                            {"commit", committer.seconds_commit()},
                            {"finish", seconds_finish}};
     for (size_t i = 0; i < setup.solids.size(); ++i) {
-        if (!setup.owns_solid(i)) continue;
-        const surface::SurfaceCounts counts = setup.solids[i]->counts();
+        const solid::Dicing* dicing = setup.own_dicing(i);
+        if (dicing == nullptr) continue;
+        const surface::SurfaceCounts counts = dicing->counts();
         s->cache_hits += counts.cache_hits;
         s->cache_misses += counts.cache_misses;
         s->cache_evictions += counts.cache_evictions;

@@ -51,7 +51,7 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
         if (evaluated.insert(p->solid.get()).second) needs.fixed += p->solid->body_bytes();
         if (p->placed->engine() == nullptr || !asked.insert(p->solid.get()).second) continue;
         needs.fixed += p->solid->query_bytes();
-        if (p->solid->dices()) held += nearest::kHeldPatchBytes;
+        if (p->solid->dicing() != nullptr) held += nearest::kHeldPatchBytes;
     }
     if (held > 0) held += pinned;
     const int64_t blocks_x = (size.x + 7) / 8;

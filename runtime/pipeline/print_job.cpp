@@ -80,7 +80,8 @@ Result<TimeSample> PrintJobImpl::sample_time(double seconds, SliceSink* sink,
     PatchNeeds needs;
     needs.tree_room = static_cast<int64_t>(setup_->plan.caches.trees);
     for (size_t i = 0; i < setup_->solids.size(); ++i) {
-        if (setup_->owns_solid(i)) needs.patches += setup_->solids[i]->patches_to_dice();
+        const solid::Dicing* dicing = setup_->own_dicing(i);
+        needs.patches += dicing != nullptr ? dicing->patches() : 0;
     }
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<size_t>(setup_->threads));

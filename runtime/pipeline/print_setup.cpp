@@ -53,8 +53,8 @@ Result<void> set_up_solids(PrintSetup* p, const MemoryPlanner& planner,
     p->warnings = crowded_warnings(p->input.parts, p->owners, p->solids);
     bytes = 0;
     for (size_t i = 0; i < p->owners.size(); ++i) {
-        if (p->owns_solid(i))
-            bytes += p->solids[i]->index_bytes(volume::asks_surface(*p->input.parts[i].fablet));
+        if (const solid::Dicing* dicing = p->own_dicing(i); dicing != nullptr)
+            bytes += dicing->index_bytes(volume::asks_surface(*p->input.parts[i].fablet));
     }
     return planner.check(bytes, resident_bytes());
 }
@@ -174,7 +174,7 @@ Result<MemoryPlan> plan_memory(const PrintSetup* p, const MemoryPlanner& planner
                                int64_t textures) {
     SurfaceCounts diced;
     for (size_t i = 0; i < p->solids.size(); ++i) {
-        if (!p->solids[i]->dices()) continue;
+        if (p->solids[i]->dicing() == nullptr) continue;
         ++diced.parts;
         diced.surfaces += p->owns_solid(i) ? 1 : 0;
     }
@@ -266,8 +266,10 @@ Result<void> set_up(PrintSetup* p) {
         p->warnings.push_back(fmt::format(messages::kPrintTakes, format_bytes(plan->total_bytes),
                                           format_bytes(p->options.memory_bytes)));
     }
-    for (const auto& solid : p->solids)
-        solid->set_cache_bytes(p->plan.caches.micropolygons);
+    for (const auto& solid : p->solids) {
+        if (const solid::Dicing* dicing = solid->dicing(); dicing != nullptr)
+            dicing->set_cache_bytes(p->plan.caches.micropolygons);
+    }
     nearest::set_budget(p->trees.get(), p->plan.caches.trees);
     p->slabs.rows_in_flight = p->plan.rows_in_flight;
     fill_info(p);
@@ -280,7 +282,7 @@ Result<void> set_up(PrintSetup* p) {
 int64_t PrintSetup::patches_diced() const {
     int64_t diced = 0;
     for (size_t i = 0; i < solids.size(); ++i)
-        diced += owns_solid(i) ? solids[i]->counts().cache_misses : 0;
+        diced += own_dicing(i) != nullptr ? own_dicing(i)->counts().cache_misses : 0;
     return diced;
 }
 

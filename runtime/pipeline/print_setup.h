@@ -53,6 +53,10 @@ struct PrintSetup {
     double seconds = 0;  ///< that set-up took
 
     bool owns_solid(size_t part) const { return owners[part] == static_cast<int32_t>(part); }
+    /// Returns what is diced of the solid that a part owns; null where nothing is, or another owns it.
+    const solid::Dicing* own_dicing(size_t part) const {
+        return owns_solid(part) ? solids[part]->dicing() : nullptr;
+    }
     solid::QuerySetUp queries() const { return {options.isa, trees}; }
     SlabSlices slices_of(int32_t slab) const {
         return {slab, std::max(8 * slab, range.x), std::min(8 * slab + 8, range.y), 0};

@@ -21,8 +21,8 @@
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/targets.h"
 #include "runtime/part/part.h"
+#include "runtime/solid/dicing.h"
 #include "runtime/solid/tops.h"
-#include "runtime/surface/surface.h"
 #include "runtime/voxel/slab_mask.h"
 
 namespace openfab::solid {
@@ -120,30 +120,20 @@ class Solid {
     }
     /// Returns a box that holds it, which costs little.
     virtual Box3f bounds() const = 0;
-    /// Returns whether a query may have to dice patches first, so that it is worth it to ask less.
-    virtual bool dices() const = 0;
-    /// Returns whether bounds of the distances of points and blocks may have to, too.
-    virtual bool bounds_dice() const { return dices(); }
-    /// Returns how many patches would be diced if all were needed.
-    virtual int64_t patches_to_dice() const = 0;
-    /// Returns how many micropolygons may lie around a point (surface/crowding.h).
-    virtual double crowding() const = 0;
-    /// Returns the bytes that indices over it will take, before they are made; queries need more.
-    virtual int64_t index_bytes(bool asked) const = 0;
+    /// Returns what a query may have to make first, so that it is worth it to ask less; null: nothing.
+    virtual const Dicing* dicing() const { return nullptr; }
+    bool bounds_dice() const { return dicing() != nullptr && dicing()->for_bounds(); }
     /// Returns the bytes that lazily built trees of queries will still take once all exist; only if
     /// it was prepared for queries.
-    virtual int64_t query_bytes() const = 0;
+    virtual int64_t query_bytes() const { return 0; }
     /// Returns the same of other solids that it asks itself, queries or not.
     virtual int64_t body_bytes() const { return 0; }
 
-    virtual surface::SurfaceCounts counts() const = 0;
     /// Returns an error once a kernel has failed, or geometry was found to be impossible; what was
     /// asked came back empty. To be checked after each slab.
-    virtual Result<void> status() const = 0;
-    /// Changes the budget of what is diced; call while no other thread uses it.
-    virtual void set_cache_bytes(size_t bytes) const = 0;
+    virtual Result<void> status() const { return {}; }
     /// As surface::Surface::set_stop.
-    virtual void set_stop(const std::atomic<bool>* stop) const = 0;
+    virtual void set_stop(const std::atomic<bool>* /*stop*/) const {}
 
     /// Makes what placements share, unless it exists: of queries what is asked. Call while no other
     /// thread uses it, and before `place`.

@@ -124,7 +124,7 @@ void NearestStage::find_active(std::span<const int32_t> columns,
             bits &= static_cast<uint8_t>(~batch_.culled[block].culled[column]);
         tools->active[static_cast<size_t>(columns[i] - 64 * first)] = bits;
     }
-    if (!batch_.culled.empty() || batch_.part->solid->dices()) return;
+    if (!batch_.culled.empty() || batch_.part->solid->dicing() != nullptr) return;
     tools->asking.clear();
     for (int32_t block = first; block <= last; ++block) {
         if (!is_zero(&tools->active[static_cast<size_t>(64 * (block - first))]))

@@ -148,16 +148,6 @@ class BeamSolid final : public Solid {
         return box;
     }
     Box3f bounds() const override { return shared_.tree.bounds(); }
-    bool dices() const override { return false; }
-    int64_t patches_to_dice() const override { return 0; }
-    double crowding() const override { return 0; }
-    /// The tree is there already.
-    int64_t index_bytes(bool /*asked*/) const override { return 0; }
-    int64_t query_bytes() const override { return 0; }
-    surface::SurfaceCounts counts() const override { return {}; }
-    Result<void> status() const override { return {}; }
-    void set_cache_bytes(size_t /*bytes*/) const override {}
-    void set_stop(const std::atomic<bool>* /*stop*/) const override {}
     void prepare(const Asked& asked, const QuerySetUp& /*queries*/) override {
         shared_.asked = shared_.asked || asked.nearest;
         if ((asked.attributes || asked.geometry) && shared_.attributes == nullptr) {

@@ -224,7 +224,7 @@ Box3d box_in_build(const part::Part& part, const Solid& solid) {
     if (part.piece == nullptr) return solid.exact_box(part.local_to_build);
     const pieces::Region& region = part.piece->region;
     const bool mesh = part::is_mesh(part) && part.mesh != nullptr && !part.mesh->triangles.empty();
-    if (mesh && !solid.dices()) {
+    if (mesh && solid.dicing() == nullptr) {
         return pieces::piece_box(pieces::Body{part.mesh->positions, part.mesh->triangles}, region,
                                  part.local_to_build);
     }

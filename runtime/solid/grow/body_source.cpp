@@ -41,13 +41,14 @@ void BodySource::set_stop(const std::atomic<bool>* stop) const {
 }
 
 size_t BodySource::share_bytes(size_t bytes) const {
-    const auto dices = [](const auto& one) { return one != nullptr && one->solid().dices(); };
-    const auto count = static_cast<size_t>(std::ranges::count_if(standing_, dices));
-    if (count == 0) return bytes;
+    std::vector<const Dicing*> dicing;
     for (const auto& one : standing_) {
-        if (dices(one)) one->solid().set_cache_bytes(bytes / 2 / count);
+        if (one != nullptr && one->solid().dicing() != nullptr)
+            dicing.push_back(one->solid().dicing());
     }
-    return bytes / 2;
+    for (const Dicing* one : dicing)
+        one->set_cache_bytes(bytes / 2 / dicing.size());
+    return dicing.empty() ? bytes : bytes / 2;
 }
 
 bool BodySource::holds(const Box3f& outer, const Box3f& inner) {

@@ -162,7 +162,7 @@ class PlacedGrown final : public Placed {
     const GrowCoverage coverage_;
 };
 
-class GrowSolid final : public Solid {
+class GrowSolid final : public Solid, Dicing {
   public:
     GrowSolid(const part::Part& part, const surface::SurfaceOptions& options, const Bodies& bodies)
         : shared_(part, options, bodies) {
@@ -183,15 +183,9 @@ class GrowSolid final : public Solid {
         return exact_box(local_to_other);
     }
     Box3f bounds() const override { return shared_.grown.bounds(); }
-    /// A query may have to grow clumps.
-    bool dices() const override { return true; }
-    int64_t patches_to_dice() const override { return 0; }
-    double crowding() const override { return 0; }
-    int64_t index_bytes(bool /*asked*/) const override { return 0; }
-    int64_t query_bytes() const override { return 0; }
-    surface::SurfaceCounts counts() const override { return {}; }
-    Result<void> status() const override { return shared_.grown.status(); }
+    const Dicing* dicing() const override { return this; }
     void set_cache_bytes(size_t bytes) const override { shared_.grown.set_bytes(bytes); }
+    Result<void> status() const override { return shared_.grown.status(); }
     void set_stop(const std::atomic<bool>* stop) const override { shared_.grown.set_stop(stop); }
     void prepare(const Asked& asked, const QuerySetUp& /*queries*/) override {
         shared_.asked = shared_.asked || asked.nearest;

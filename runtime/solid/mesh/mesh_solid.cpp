@@ -104,7 +104,7 @@ class PlacedMesh final : public Placed {
     std::unique_ptr<nearest::AttributeReader> attributes_;
 };
 
-class MeshSolid final : public Solid {
+class MeshSolid final : public Solid, Dicing {
   public:
     MeshSolid(const part::Part& part, std::shared_ptr<const surface::Surface> surface)
         : part_(part) {
@@ -125,10 +125,8 @@ class MeshSolid final : public Solid {
         }
         return box;
     }
-    bool dices() const override { return !surface().identity(); }
-    int64_t patches_to_dice() const override {
-        return surface().identity() ? 0 : static_cast<int64_t>(surface().patches().size());
-    }
+    const Dicing* dicing() const override { return surface().identity() ? nullptr : this; }
+    int64_t patches() const override { return static_cast<int64_t>(surface().patches().size()); }
     double crowding() const override { return surface::crowding(surface().patches()); }
     int64_t index_bytes(bool asked) const override {
         const auto diced = std::ranges::count_if(surface().patches(), [](const surface::Patch& p) {

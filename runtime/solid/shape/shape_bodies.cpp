@@ -107,7 +107,7 @@ int64_t ShapeBodies::query_bytes() const {
     for (const Body& body : bodies_) {
         if (body.solid == nullptr) continue;
         bytes += body.solid->query_bytes();
-        any_diced |= body.solid->dices();
+        any_diced |= body.solid->dicing() != nullptr;
     }
     return bytes + (any_diced ? static_cast<int64_t>(kTreeBytes) : 0);
 }

@@ -122,7 +122,7 @@ uint32_t PlacedShape::inside(const nearest::PointPacket& packet,
     return inside & asked;
 }
 
-class ShapeSolid final : public Solid {
+class ShapeSolid final : public Solid, Dicing {
   public:
     ShapeSolid(const part::Part& part, const surface::SurfaceOptions& options, const Bodies& bodies)
         : options_(options), stop_(options.stop), shared_(part, options, bodies) {
@@ -143,31 +143,24 @@ class ShapeSolid final : public Solid {
         return shared_.field.voxels_beyond(local_to_build, sides, pitch_mm, known);
     }
     Box3f bounds() const override { return shared_.field.bounds(); }
-    bool dices() const override { return shared_.surface != nullptr; }
-    bool bounds_dice() const override { return dices() && shared_.near == nullptr; }
-    int64_t patches_to_dice() const override {
-        return dices() ? static_cast<int64_t>(shared_.surface->patches().size()) : 0;
+    const Dicing* dicing() const override { return shared_.surface == nullptr ? nullptr : this; }
+    bool for_bounds() const override { return shared_.near == nullptr; }
+    int64_t patches() const override {
+        return static_cast<int64_t>(shared_.surface->patches().size());
     }
-    double crowding() const override { return 0; }
-    /// Blocks are found when queries are prepared.
-    int64_t index_bytes(bool /*asked*/) const override { return 0; }
+    surface::SurfaceCounts counts() const override { return shared_.surface->counts(); }
+    void set_cache_bytes(size_t bytes) const override { shared_.surface->set_cache_bytes(bytes); }
     int64_t query_bytes() const override {
         return shared_.trees == nullptr
                    ? 0
                    : static_cast<int64_t>(nearest::estimated_bytes(*shared_.trees, 0));
     }
     int64_t body_bytes() const override { return shared_.field.body_bytes(); }
-    surface::SurfaceCounts counts() const override {
-        return dices() ? shared_.surface->counts() : surface::SurfaceCounts{};
-    }
     Result<void> status() const override { return shared_.field.status(); }
-    void set_cache_bytes(size_t bytes) const override {
-        if (dices()) shared_.surface->set_cache_bytes(bytes);
-    }
     void set_stop(const std::atomic<bool>* stop) const override {
         stop_ = stop;
         shared_.field.set_stop(stop);
-        if (dices()) shared_.surface->set_stop(stop);
+        if (shared_.surface != nullptr) shared_.surface->set_stop(stop);
     }
     void prepare(const Asked& asked, const QuerySetUp& queries) override;
     std::unique_ptr<Placed> place(const Place& where) const override {

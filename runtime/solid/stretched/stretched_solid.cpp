@@ -152,16 +152,10 @@ class StretchedSolid final : public Solid {
         }
         return out;
     }
-    bool dices() const override { return solid_->dices(); }
-    bool bounds_dice() const override { return solid_->bounds_dice(); }
-    int64_t patches_to_dice() const override { return solid_->patches_to_dice(); }
-    double crowding() const override { return solid_->crowding(); }
-    int64_t index_bytes(bool asked) const override { return solid_->index_bytes(asked); }
+    const Dicing* dicing() const override { return solid_->dicing(); }
     int64_t query_bytes() const override { return solid_->query_bytes(); }
     int64_t body_bytes() const override { return solid_->body_bytes(); }
-    surface::SurfaceCounts counts() const override { return solid_->counts(); }
     Result<void> status() const override { return solid_->status(); }
-    void set_cache_bytes(size_t bytes) const override { solid_->set_cache_bytes(bytes); }
     void set_stop(const std::atomic<bool>* stop) const override { solid_->set_stop(stop); }
     void prepare(const Asked& asked, const QuerySetUp& queries) override {
         solid_->prepare(asked, queries);

@@ -373,7 +373,7 @@ TEST(ShapeSolid, IsScaled) {
         expect_coverage(*flat, 0.03, 4.0 / 3 * M_PI * 64 * 0.75);
         const auto solid = solid_of(*flat, 0.1);
         solid->prepare({.nearest = true}, {OPENFAB_ISA_AVX2, nearest::make_patch_cache(64 << 20)});
-        EXPECT_TRUE(solid->dices());
+        EXPECT_NE(solid->dicing(), nullptr);
         const Box3d size = solid->exact_box({});
         EXPECT_NEAR(size.hi.x, 6, 1e-3);
         EXPECT_NEAR(size.lo.z, -2, 1e-3);
