@@ -14,6 +14,12 @@
 
 namespace openfab {
 
+/// What becomes of values that are larger than a shard's share of the budget.
+enum class LargeValues {
+    kAreNotKept,
+    kAreKeptAlone,  ///< in their shards, beyond the budget, until another comes
+};
+
 /// Least recently used cache of values by key, never more bytes than the budget. A value that is
 /// evicted while somebody holds it lives on, outside the budget. Sharded by key, so that threads
 /// seldom wait for each other; all functions are thread-safe.
@@ -28,7 +34,8 @@ class LruCache {
     };
 
     /// `shard_bytes`: a shard should hold many values, or sharding wastes the budget.
-    LruCache(size_t budget_bytes, size_t shard_bytes) {
+    LruCache(size_t budget_bytes, size_t shard_bytes, LargeValues large = LargeValues::kAreNotKept)
+        : large_(large) {
         OPENFAB_CHECK_GT(shard_bytes, 0u);
         const size_t count = std::clamp<size_t>(budget_bytes / shard_bytes, 1, kMostShards);
         shard_budget_ = budget_bytes / count;
@@ -85,7 +92,7 @@ class LruCache {
         const std::lock_guard lock(shard.mutex);
         const uint32_t found = shard.table[slot_of(shard, key)];
         if (found != kNone) return shard.entries[found].value;
-        if (bytes > shard_budget_) return value;
+        if (bytes > shard_budget_ && large_ == LargeValues::kAreNotKept) return value;
         make_room(&shard, bytes, &dropped);
         if (2 * (shard.used + 1) > shard.table.size()) rehash(&shard);
         const uint32_t entry = take_entry(&shard);
@@ -201,10 +208,8 @@ class LruCache {
     }
 
     void make_room(Shard* shard, size_t bytes, Dropped* dropped) {
-        while (shard->bytes + bytes > shard_budget_) {
-            OPENFAB_CHECK_GT(shard->used, 0u);
+        while (shard->used > 0 && shard->bytes + bytes > shard_budget_)
             evict_oldest(shard, dropped);
-        }
     }
     static void evict_oldest(Shard* shard, Dropped* dropped) {
         const uint32_t oldest = shard->entries[kEnds].last;
@@ -218,6 +223,7 @@ class LruCache {
         ++shard->counts.evictions;
     }
 
+    const LargeValues large_;
     size_t shard_budget_;
     std::vector<std::unique_ptr<Shard>> shards_;
 };

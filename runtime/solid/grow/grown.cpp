@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "base/infinity.h"
-#include "base/keyed_hash.h"
 #include "runtime/solid/beams/beam.h"
 #include "runtime/solid/messages.h"
 
@@ -36,37 +35,6 @@ float box_distance(const Box3f& box, const Vec3f& p) {
 
 }  // namespace
 
-/// In shards, each with a share of the budget.
-struct Grown::Cache {
-    struct Entry {
-        uint64_t id = 0;
-        ClumpPtr clump;
-        Entry* newer = nullptr;  ///< used after this one; null: none was
-        Entry* older = nullptr;
-    };
-    struct Shard {
-        std::mutex mutex;
-        std::unordered_map<uint64_t, Entry, KeyedHash> entries;
-        Entry* newest = nullptr;
-        Entry* oldest = nullptr;
-        size_t bytes = 0;
-
-        void push(Entry* entry) {
-            entry->newer = nullptr;
-            entry->older = newest;
-            (newest == nullptr ? oldest : newest->newer) = entry;
-            newest = entry;
-        }
-        void pull(Entry* entry) {
-            (entry->newer == nullptr ? newest : entry->newer->older) = entry->older;
-            (entry->older == nullptr ? oldest : entry->older->newer) = entry->newer;
-        }
-    };
-    std::array<Shard, kShards> shards;
-
-    Shard& shard(const Bud& bud) { return shards[bud.id % kShards]; }
-};
-
 void GatheredBeams::add(const Clump& clump, size_t beam, const BeamValues& values) {
     beams.push_back(clump.beams[beam]);
     if (int32_t& body = beams.back().body; body >= 0) {
@@ -86,10 +54,11 @@ Grown::Grown(std::unique_ptr<const ClumpSource> source, const Vec3d& center_part
     : source_(std::move(source)),
       center_(center_part_mm),
       root_(source_->root(&root_state_)),
-      cache_(std::make_unique<Cache>()),
-      bytes_(source_->share_bytes(bytes)) {}
-
-Grown::~Grown() = default;
+      kept_([&] {
+          const size_t budget = source_->share_bytes(bytes);
+          return LruCache<uint64_t, Clump>(budget, std::max<size_t>(budget / kShards, 1),
+                                           LargeValues::kAreKeptAlone);
+      }()) {}
 
 Box3f Grown::bounds() const {
     Box3f out;
@@ -108,16 +77,8 @@ const Clump* Grown::root() const {
 }
 
 Grown::ClumpPtr Grown::find(const Bud& bud, std::span<const uint32_t> state) const {
-    Cache::Shard& shard = cache_->shard(bud);
-    const std::lock_guard lock(shard.mutex);
-    const auto found = shard.entries.find(bud.id);
-    if (found == shard.entries.end() || !found->second.clump->grew_of(bud, state)) return nullptr;
-    Cache::Entry* entry = &found->second;
-    if (shard.newest != entry) {
-        shard.pull(entry);
-        shard.push(entry);
-    }
-    return entry->clump;
+    ClumpPtr kept = kept_.find(bud.id);
+    return kept != nullptr && kept->grew_of(bud, state) ? kept : nullptr;
 }
 
 Grown::ClumpPtr Grown::get(const Bud& bud, std::span<const uint32_t> state) const {
@@ -130,21 +91,8 @@ Grown::ClumpPtr Grown::get(const Bud& bud, std::span<const uint32_t> state) cons
         return nullptr;
     }
     ++made_;
-    constexpr size_t kEntry = 128;
-    Cache::Shard& shard = cache_->shard(bud);
-    const std::lock_guard lock(shard.mutex);
-    const auto [at, fresh] = shard.entries.try_emplace(bud.id);
-    if (!fresh) return *made;  // another thread was quicker
-    at->second.id = bud.id;
-    at->second.clump = *made;
-    shard.push(&at->second);
-    shard.bytes += (*made)->bytes() + kEntry;
-    while (shard.bytes > bytes_ / kShards && shard.newest != shard.oldest) {
-        Cache::Entry* oldest = shard.oldest;
-        shard.bytes -= oldest->clump->bytes() + kEntry;
-        shard.pull(oldest);
-        shard.entries.erase(oldest->id);
-    }
+    // Of another thread that was quicker, or of another bud with the same id, what is kept stays.
+    kept_.insert(bud.id, *made);
     return *made;
 }
 

@@ -10,8 +10,8 @@
 #include <limits>
 #include <mutex>
 #include <optional>
-#include <unordered_map>
 
+#include "base/lru_cache.h"
 #include "runtime/solid/grow/clump.h"
 
 namespace openfab::solid {
@@ -30,7 +30,6 @@ struct GatheredBeams {
 class Grown {
   public:
     Grown(std::unique_ptr<const ClumpSource> source, const Vec3d& center_part_mm, size_t bytes);
-    ~Grown();
 
     BeamValues values() const { return source_->values(); }
     /// Returns the box of everything, part-local.
@@ -62,7 +61,8 @@ class Grown {
     void note(Error error) const;
     Result<void> status() const;
     bool failed() const { return failed_.load(std::memory_order_relaxed); }
-    void set_bytes(size_t bytes) const { bytes_ = source_->share_bytes(bytes); }
+    /// Changes the budget; call while no other thread uses it.
+    void set_bytes(size_t bytes) const { kept_.set_budget(source_->share_bytes(bytes)); }
     void set_stop(const std::atomic<bool>* stop) const {
         stop_ = stop;
         source_->set_stop(stop);
@@ -72,7 +72,6 @@ class Grown {
 
   private:
     using ClumpPtr = std::shared_ptr<const Clump>;
-    struct Cache;
     struct Search;
 
     /// Returns the first clump, which is kept: all searches begin there. Null after an error.
@@ -96,8 +95,7 @@ class Grown {
     Bud root_;
     mutable std::once_flag begun_;
     mutable ClumpPtr first_;
-    mutable std::unique_ptr<Cache> cache_;
-    mutable std::atomic<size_t> bytes_;
+    mutable LruCache<uint64_t, Clump> kept_;
     mutable std::atomic<int64_t> made_{0};
     mutable std::atomic<const std::atomic<bool>*> stop_{nullptr};
     mutable std::atomic<bool> failed_{false};

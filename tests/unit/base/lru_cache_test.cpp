@@ -110,6 +110,19 @@ TEST(LruCache, WhatDoesNotFitComesBackAndIsNotKept) {
     EXPECT_NE(cache.find(1), nullptr);
 }
 
+TEST(LruCache, WhatDoesNotFitIsKeptAloneWhereThatIsAsked) {
+    Cache cache(4000, 4000, LargeValues::kAreKeptAlone);
+    cache.insert(1, text(1000));
+    cache.insert(2, text(5000));
+    EXPECT_EQ(cache.find(1), nullptr);
+    EXPECT_NE(cache.find(2), nullptr);
+    cache.insert(3, text(1000));
+    EXPECT_EQ(cache.find(2), nullptr);
+    EXPECT_NE(cache.find(3), nullptr);
+    cache.insert(4, text(1000));
+    EXPECT_NE(cache.find(3), nullptr);
+}
+
 TEST(LruCache, TheFirstOfTwoStays) {
     Cache cache(10000, 10000);
     EXPECT_EQ(cache.insert(1, text(10, 1))->number, 1);
