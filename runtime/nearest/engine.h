@@ -36,15 +36,32 @@ struct BlockQuery {
     float radius_mm = kInfinity;  ///< surface beyond it is ignored
 };
 
-/// The nearest surface point of each voxel. Without surface within the radius distance2 is +inf and
-/// patch is -1.
-struct BlockAnswer {
-    alignas(32) float distance2[kBlockVoxels];  ///< mm²
-    alignas(32) int32_t patch[kBlockVoxels];
-    alignas(32) int32_t triangle[kBlockVoxels];  ///< in the patch's MicroMesh
-    alignas(32) float bary1[kBlockVoxels];       ///< weight of the triangle's corner 1
-    alignas(32) float bary2[kBlockVoxels];       ///< and of corner 2
+/// Nearest surface points: how far, on which item of the solid (a patch, a beam, a body), and by what attributes are
+/// interpolated there, which only the solid reads. Without surface within the radius distance2 is +inf and item is
+/// -1.
+template <int32_t kCount>
+struct Answer {
+    struct InPatch {
+        alignas(32) int32_t triangle[kCount];  ///< of the patch's MicroMesh
+        alignas(32) float bary1[kCount];       ///< weight of the triangle's corner 1
+        alignas(32) float bary2[kCount];       ///< and of corner 2
+    };
+    alignas(32) float distance2[kCount];  ///< mm²
+    alignas(32) int32_t item[kCount];
+    union {
+        InPatch in_patch;
+        float point[3][kCount];  ///< of beams and bodies: part-local mm
+    };
+
+    void set_point(size_t lane, const Vec3f& p) {
+        for (size_t a = 0; a < 3; ++a)
+            point[a][lane] = p[static_cast<int>(a)];
+    }
+    Vec3f point_at(size_t lane) const { return {point[0][lane], point[1][lane], point[2][lane]}; }
 };
+
+/// Those of the voxels of a block.
+using BlockAnswer = Answer<kBlockVoxels>;
 
 /// Limit of a coordinate's magnitude, mm; larger ones count as infinite, so that squared distances
 /// fit a float.
@@ -56,16 +73,9 @@ struct alignas(32) PointPacket {
     uint32_t mask = 0xff;
 };
 
-/// The nearest surface point of each lane. distance2 is +inf, patch -1 and the rest 0 in lanes that
-/// are inactive, have a coordinate that is NaN or beyond kMaxCoordinate, or no surface within the
-/// radius.
-struct alignas(32) PointAnswer {
-    float distance2[8];  ///< mm²
-    int32_t patch[8];
-    int32_t triangle[8];
-    float bary1[8];
-    float bary2[8];
-};
+/// The nearest surface point of each lane; none, and the rest 0, in lanes that are inactive or have a coordinate that
+/// is NaN or beyond kMaxCoordinate.
+using PointAnswer = Answer<8>;
 
 /// Bounds of the distance from each point to the surface, part-local mm; both are infinite if there
 /// is no surface.

@@ -217,7 +217,7 @@ void NearestStage::fill_attributes(size_t block, bool answered, Tools* tools) co
             if (!(lo[c] == hi[c]) || targets[c] == nullptr) continue;
             const auto value = std::bit_cast<std::decay_t<decltype(*targets[c])>>(lo[c]);
             for (size_t v = 0; v < kBlockValues; ++v) {
-                if (!answered || tools->answer.patch[v] < 0) targets[c][v] = value;
+                if (!answered || tools->answer.item[v] < 0) targets[c][v] = value;
             }
         }
     };

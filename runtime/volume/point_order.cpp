@@ -105,7 +105,7 @@ void PointOrder::scatter(std::span<const PointAnswer> gathered,
     for (PointAnswer& none : answers) {
         none = {};
         std::fill_n(none.distance2, kPacketLanes, kNowhere);
-        std::fill_n(none.patch, kPacketLanes, -1);
+        std::fill_n(none.item, kPacketLanes, -1);
     }
     for (size_t i = 0; i < order_.size(); ++i) {
         const auto number = static_cast<uint32_t>(order_[i]);
@@ -113,10 +113,11 @@ void PointOrder::scatter(std::span<const PointAnswer> gathered,
         const PointAnswer& from = gathered[i / kPacketLanes];
         const size_t l = number % kPacketLanes, f = i % kPacketLanes;
         to.distance2[l] = from.distance2[f];
-        to.patch[l] = from.patch[f];
-        to.triangle[l] = from.triangle[f];
-        to.bary1[l] = from.bary1[f];
-        to.bary2[l] = from.bary2[f];
+        to.item[l] = from.item[f];
+        // Or a point, of the same size.
+        to.in_patch.triangle[l] = from.in_patch.triangle[f];
+        to.in_patch.bary1[l] = from.in_patch.bary1[f];
+        to.in_patch.bary2[l] = from.in_patch.bary2[f];
     }
 }
 

@@ -110,7 +110,7 @@ double ask(const nearest::Engine& engine, const std::vector<Block>& blocks, size
         query.radius_mm = radius;
         engine.query(query, scratch.get(), &answer);
         for (int v = 0; v < nearest::kBlockVoxels; ++v) {
-            if (answer.patch[v] >= 0) sum += std::sqrt(static_cast<double>(answer.distance2[v]));
+            if (answer.item[v] >= 0) sum += std::sqrt(static_cast<double>(answer.distance2[v]));
         }
     }
     return sum;

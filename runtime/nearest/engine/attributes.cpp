@@ -158,15 +158,15 @@ void AttributeReader::read(const BlockAnswer& answer, const uint8_t* active,
     clear(targets.flat, int_components_);
 
     const auto is_active = [&](int32_t v) {
-        return answer.patch[v] >= 0 && (active == nullptr || (active[v >> 3] >> (v & 7) & 1) != 0);
+        return answer.item[v] >= 0 && (active == nullptr || (active[v >> 3] >> (v & 7) & 1) != 0);
     };
     // Neighbouring voxels mostly share a triangle, so runs with the same one are read at once.
     for (int32_t begin = 0, end = 0; begin < kBlockVoxels; begin = end) {
         end = begin + 1;
         if (!is_active(begin)) continue;
-        const int32_t patch = answer.patch[begin], triangle = answer.triangle[begin];
-        while (end < kBlockVoxels && answer.patch[end] == patch &&
-               answer.triangle[end] == triangle && is_active(end))
+        const int32_t patch = answer.item[begin], triangle = answer.in_patch.triangle[begin];
+        while (end < kBlockVoxels && answer.item[end] == patch &&
+               answer.in_patch.triangle[end] == triangle && is_active(end))
             ++end;
         const Source source = find(patch, triangle, scratch);
         const WeightSteps steps =
@@ -176,7 +176,7 @@ void AttributeReader::read(const BlockAnswer& answer, const uint8_t* active,
             const float d1 = source.attribute[1][c] - a0, d2 = source.attribute[2][c] - a0;
             float* const value = targets.values != nullptr ? targets.values[c] : nullptr;
             for (int32_t v = begin; value != nullptr && v < end; ++v)
-                value[v] = (a0 + answer.bary1[v] * d1) + answer.bary2[v] * d2;
+                value[v] = (a0 + answer.in_patch.bary1[v] * d1) + answer.in_patch.bary2[v] * d2;
             for (int32_t a = 0; targets.gradients != nullptr && a < 3; ++a) {
                 float* const out = targets.gradients[c * 3 + a];
                 if (out == nullptr) continue;
@@ -195,9 +195,10 @@ void AttributeReader::read_points(const PointAnswer& answer, const PointTargets&
     const bool wants_normal = std::any_of(targets.normal, targets.normal + 3,
                                           [](const float* out) { return out != nullptr; });
     for (size_t l = 0; l < 8; ++l) {
-        const bool found = answer.patch[l] >= 0;
-        const Source source = found ? find(answer.patch[l], answer.triangle[l], scratch) : Source{};
-        const float b1 = answer.bary1[l], b2 = answer.bary2[l];
+        const bool found = answer.item[l] >= 0;
+        const Source source =
+            found ? find(answer.item[l], answer.in_patch.triangle[l], scratch) : Source{};
+        const float b1 = answer.in_patch.bary1[l], b2 = answer.in_patch.bary2[l];
         const Vec3f normal = found && wants_normal ? unit_normal(source.position) : Vec3f{};
         for (int a = 0; a < 3; ++a) {
             if (targets.normal[a] != nullptr) targets.normal[a][l] = normal[a];

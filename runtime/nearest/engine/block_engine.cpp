@@ -393,10 +393,11 @@ class BlockEngine final : public Engine {
             for (size_t z = 0; z < 8; ++z) {
                 const size_t v = 8 * c + z;
                 answer->distance2[v] = answers[c].distance2[z];
-                answer->patch[v] = answers[c].patch[z];
-                answer->triangle[v] = answers[c].patch[z] < 0 ? -1 : answers[c].triangle[z];
-                answer->bary1[v] = answers[c].bary1[z];
-                answer->bary2[v] = answers[c].bary2[z];
+                answer->item[v] = answers[c].item[z];
+                answer->in_patch.triangle[v] =
+                    answers[c].item[z] < 0 ? -1 : answers[c].in_patch.triangle[z];
+                answer->in_patch.bary1[v] = answers[c].in_patch.bary1[z];
+                answer->in_patch.bary2[v] = answers[c].in_patch.bary2[z];
             }
         }
     }

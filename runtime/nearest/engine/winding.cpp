@@ -314,7 +314,7 @@ uint32_t Winding::inside(const PointPacket& packet, const PointAnswer& answers,
     uint32_t followers = 0;  // that share the number of the previous lane, which is still unknown
     uint32_t answered = 0;
     for (size_t l = 0; l < 8; ++l) {
-        if ((packet.mask >> l & 1u) == 0 || answers.patch[l] < 0) continue;
+        if ((packet.mask >> l & 1u) == 0 || answers.item[l] < 0) continue;
         answered |= 1u << l;
         const Vec3f p = point(packet, l);
         const float distance = std::sqrt(answers.distance2[l]);

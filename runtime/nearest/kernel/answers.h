@@ -86,10 +86,10 @@ inline FeatureAnswer answer_of(const FoundFeature& f) {
 OPENFAB_INLINE void write_voxel(int v, const FeatureAnswer& a, float distance2, float bary1,
                                 float bary2, BlockAnswer* answer) {
     answer->distance2[v] = distance2;
-    answer->patch[v] = a.patch;
-    answer->triangle[v] = a.triangle;
-    answer->bary1[v] = bary1;
-    answer->bary2[v] = bary2;
+    answer->item[v] = a.patch;
+    answer->in_patch.triangle[v] = a.triangle;
+    answer->in_patch.bary1[v] = bary1;
+    answer->in_patch.bary2[v] = bary2;
 }
 
 }  // namespace

@@ -131,13 +131,13 @@ void clear(BlockAnswer* answer) {
     for (int i = 0; i < kBlockVoxels; ++i)
         answer->distance2[i] = kInfinity;
     for (int i = 0; i < kBlockVoxels; ++i)
-        answer->patch[i] = -1;
+        answer->item[i] = -1;
     for (int i = 0; i < kBlockVoxels; ++i)
-        answer->triangle[i] = -1;
+        answer->in_patch.triangle[i] = -1;
     for (int i = 0; i < kBlockVoxels; ++i)
-        answer->bary1[i] = 0;
+        answer->in_patch.bary1[i] = 0;
     for (int i = 0; i < kBlockVoxels; ++i)
-        answer->bary2[i] = 0;
+        answer->in_patch.bary2[i] = 0;
 }
 
 /// Replaces the nodes of the frontier by the surviving leaves below them.

@@ -19,10 +19,10 @@ namespace {
 
 OPENFAB_INLINE void clear(PointAnswer* answer) {
     store(answer->distance2, Floats8(kInfinity));
-    store(answer->patch, Floats8::Ints(-1));
-    store(answer->triangle, Floats8::Ints(0));
-    store(answer->bary1, Floats8(0.0f));
-    store(answer->bary2, Floats8(0.0f));
+    store(answer->item, Floats8::Ints(-1));
+    store(answer->in_patch.triangle, Floats8::Ints(0));
+    store(answer->in_patch.bary1, Floats8(0.0f));
+    store(answer->in_patch.bary2, Floats8(0.0f));
 }
 
 /// Queries packets of eight points: sixteen lie so far apart that the lanes of a wide packet would
@@ -57,10 +57,10 @@ void query_points(const KernelInput& in, const PointPacket* packets, size_t coun
                    [&](int l, int32_t index, const FeatureAnswer& a, float distance2, float bary1,
                        float bary2) {
                        answer.distance2[l] = distance2;
-                       answer.patch[l] = a.patch;
-                       answer.triangle[l] = a.triangle;
-                       answer.bary1[l] = bary1;
-                       answer.bary2[l] = bary2;
+                       answer.item[l] = a.patch;
+                       answer.in_patch.triangle[l] = a.triangle;
+                       answer.in_patch.bary1[l] = bary1;
+                       answer.in_patch.bary2[l] = bary2;
                        keep_point(leaves.feature(index), bary1, bary2, &scratch->warm_points);
                    });
     }

@@ -8,14 +8,6 @@
 
 namespace openfab::solid {
 
-namespace {
-
-Vec3f position_of(int32_t triangle, float bary1, float bary2) {
-    return {std::bit_cast<float>(triangle), bary1, bary2};
-}
-
-}  // namespace
-
 BeamAttributes::BeamAttributes(const part::PartBeams& source, const openfab_fablet& fablet) {
     for (size_t i = 0; i < source.attributes.size(); ++i) {
         const openfab_varying& input = fablet.nearest[i];
@@ -71,14 +63,13 @@ void BeamAttributes::read(const BeamTree& tree, const std::array<float, OPENFAB_
     const bool steps = targets.gradients != nullptr;
     for (int32_t v = 0; v < nearest::kBlockVoxels; ++v) {
         const bool found =
-            answer.patch[v] >= 0 && (active == nullptr || (active[v >> 3] >> (v & 7) & 1) != 0);
+            answer.item[v] >= 0 && (active == nullptr || (active[v >> 3] >> (v & 7) & 1) != 0);
         BeamSurfacePoint at;
         const BeamRecord* beam = nullptr;
         float step[3] = {};
         if (found) {
-            beam = &tree.beams()[static_cast<size_t>(answer.patch[v])];
-            at = nearest_of_beam(*beam,
-                                 position_of(answer.triangle[v], answer.bary1[v], answer.bary2[v]));
+            beam = &tree.beams()[static_cast<size_t>(answer.item[v])];
+            at = nearest_of_beam(*beam, answer.point_at(static_cast<size_t>(v)));
             for (size_t a = 0; steps && a < 3; ++a) {
                 const size_t from = 3 * a;  // STEP_I, STEP_J, STEP_K
                 step[a] = (at.share_step.x * frame[from] + at.share_step.y * frame[from + 1]) +
@@ -100,14 +91,13 @@ void BeamAttributes::read(const BeamTree& tree, const std::array<float, OPENFAB_
 void BeamAttributes::read_points(const BeamTree& tree, const nearest::PointAnswer& answer,
                                  const nearest::PointTargets& targets) const {
     for (size_t l = 0; l < 8; ++l) {
-        const bool found = answer.patch[l] >= 0;
+        const bool found = answer.item[l] >= 0;
         BeamSurfacePoint at;
         const BeamRecord* beam = nullptr;
         if (found) {
-            beam = &tree.beams()[static_cast<size_t>(answer.patch[l])];
-            const Vec3f p = position_of(answer.triangle[l], answer.bary1[l], answer.bary2[l]);
-            at = nearest_of_beam(*beam, p);
-            at.position = p;
+            beam = &tree.beams()[static_cast<size_t>(answer.item[l])];
+            at = nearest_of_beam(*beam, answer.point_at(l));
+            at.position = answer.point_at(l);
         }
         for (int a = 0; a < 3; ++a) {
             if (targets.position[a] != nullptr) targets.position[a][l] = at.position[a];

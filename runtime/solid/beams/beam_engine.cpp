@@ -3,7 +3,6 @@
 #include "runtime/solid/beams/beam_engine.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "base/infinity.h"
@@ -72,7 +71,7 @@ class BeamEngine final : public nearest::Engine {
             to = {};
             for (size_t l = 0; l < 8; ++l) {
                 to.distance2[l] = kInfinity;
-                to.patch[l] = -1;
+                to.item[l] = -1;
                 const Vec3f p{packets[g].p[0][l], packets[g].p[1][l], packets[g].p[2][l]};
                 bool asked = (packets[g].mask >> l & 1) != 0;
                 for (int a = 0; a < 3; ++a)
@@ -83,12 +82,9 @@ class BeamEngine final : public nearest::Engine {
                 mine->last = near.beam;
                 if (!(std::fabs(near.distance) <= radius_mm)) continue;
                 to.distance2[l] = near.distance * near.distance;
-                to.patch[l] = near.beam;
-                const Vec3f at =
-                    nearest_of_beam(tree_.beams()[static_cast<size_t>(near.beam)], p).position;
-                to.triangle[l] = std::bit_cast<int32_t>(at.x);
-                to.bary1[l] = at.y;
-                to.bary2[l] = at.z;
+                to.item[l] = near.beam;
+                const BeamRecord& beam = tree_.beams()[static_cast<size_t>(near.beam)];
+                to.set_point(l, nearest_of_beam(beam, p).position);
             }
         }
     }
@@ -145,25 +141,22 @@ class BeamEngine final : public nearest::Engine {
                     nearest::BlockAnswer* answer) const {
         for (int32_t i = 0; i < kCubeVoxels; ++i) {
             const int32_t column = (from.y + i / 16) * 8 + from.x + i / 4 % 4;
-            const int32_t z = from.z + i % 4, to = 8 * column + z;
+            const int32_t z = from.z + i % 4;
+            const auto to = static_cast<size_t>(8 * column + z);
             const bool active = query.active == nullptr || (query.active[column] >> z & 1) != 0;
             const float d = active ? mine->cube.distance[i] : kInfinity;
             mine->counts.queried += active ? 1 : 0;
             mine->counts.skipped += active ? 0 : 1;
             answer->distance2[to] = kInfinity;
-            answer->patch[to] = -1;
-            answer->triangle[to] = 0;
-            answer->bary1[to] = answer->bary2[to] = 0;
+            answer->item[to] = -1;
+            answer->set_point(to, {});
             if (!(std::fabs(d) <= query.radius_mm) || !(d < kInfinity)) continue;
             answer->distance2[to] = d * d;
-            answer->patch[to] = mine->cube.beam[i];
+            answer->item[to] = mine->cube.beam[i];
             if (attributes_ == nullptr) continue;
             const Vec3f p{mine->cube.p[0][i], mine->cube.p[1][i], mine->cube.p[2][i]};
-            const Vec3f at =
-                nearest_of_beam(tree_.beams()[static_cast<size_t>(mine->cube.beam[i])], p).position;
-            answer->triangle[to] = std::bit_cast<int32_t>(at.x);
-            answer->bary1[to] = at.y;
-            answer->bary2[to] = at.z;
+            const BeamRecord& beam = tree_.beams()[static_cast<size_t>(mine->cube.beam[i])];
+            answer->set_point(to, nearest_of_beam(beam, p).position);
         }
     }
 

@@ -3,8 +3,7 @@
 #pragma once
 
 // Answers queries for the nearest beam of voxels and points, and reads attributes there. In answers
-// `patch` is a beam of the tree, and `triangle` (as bits), `bary1` and `bary2` are the nearest point of
-// its surface, part-local; distance2 is the square of the signed distance to the union, whose sign is
+// the item is a beam of the tree; distance2 is the square of the signed distance to the union, whose sign is
 // that of coverage.
 
 #include <memory>

@@ -87,8 +87,8 @@ class PlacedBeams final : public Placed {
                     const KnownInside& /*known*/, Scratch* /*scratch*/) const override {
         uint32_t inside = 0;
         for (size_t l = 0; l < 8; ++l) {
-            if ((packet.mask >> l & 1) == 0 || answers.patch[l] < 0) continue;
-            const BeamRecord& beam = shared_.tree.beams()[static_cast<size_t>(answers.patch[l])];
+            if ((packet.mask >> l & 1) == 0 || answers.item[l] < 0) continue;
+            const BeamRecord& beam = shared_.tree.beams()[static_cast<size_t>(answers.item[l])];
             const float d = beam_distance(beam, {packet.p[0][l], packet.p[1][l], packet.p[2][l]});
             inside |= (d < 0 ? 1u : 0u) << l;
         }

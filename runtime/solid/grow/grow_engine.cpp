@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 
 #include "base/infinity.h"
@@ -52,7 +51,7 @@ class GrowEngine final : public nearest::Engine {
             to = {};
             for (size_t l = 0; l < 8; ++l) {
                 to.distance2[l] = kInfinity;
-                to.patch[l] = -1;
+                to.item[l] = -1;
                 const Vec3f p = point(packets[g], l);
                 bool asked = (packets[g].mask >> l & 1) != 0;
                 for (int a = 0; a < 3; ++a)
@@ -63,7 +62,7 @@ class GrowEngine final : public nearest::Engine {
                 const float d = grown_.nearest(p, &mine->gathered);
                 if (mine->gathered.beams.size() == before) continue;
                 if (std::fabs(d) <= radius_mm) {
-                    to.patch[l] = static_cast<int32_t>(before);
+                    to.item[l] = static_cast<int32_t>(before);
                     to.distance2[l] = d * d;
                 }
             }
@@ -143,7 +142,7 @@ class GrowEngine final : public nearest::Engine {
         return least;
     }
 
-    /// Gives the answers of points their places in the scratch, and their nearest points. `patch` was among what was
+    /// Gives the answers of points their places in the scratch, and their nearest points. `item` was among what was
     /// gathered.
     void take_points(std::span<const nearest::PointPacket> packets, nearest::PointAnswer* answers,
                      GrowScratch* mine) const {
@@ -166,32 +165,26 @@ class GrowEngine final : public nearest::Engine {
         for (size_t g = 0; g < packets.size(); ++g) {
             nearest::PointAnswer& to = answers[g];
             for (size_t l = 0; l < 8; ++l) {
-                if (to.patch[l] < 0) continue;
-                to.patch[l] = place[static_cast<size_t>(to.patch[l])];
+                if (to.item[l] < 0) continue;
+                to.item[l] = place[static_cast<size_t>(to.item[l])];
                 const Vec3f p = point(packets[g], l);
-                if (to.patch[l] < first_body) {
+                if (to.item[l] < first_body) {
                     const BeamRecord& beam =
-                        mine->of_points.tree().beams()[static_cast<size_t>(to.patch[l])];
-                    put_position(nearest_of_beam(beam, p).position, l, &to);
+                        mine->of_points.tree().beams()[static_cast<size_t>(to.item[l])];
+                    to.set_point(l, nearest_of_beam(beam, p).position);
                     continue;
                 }
-                LocalBodies::Body& body = bodies[static_cast<size_t>(to.patch[l] - first_body)];
+                LocalBodies::Body& body = bodies[static_cast<size_t>(to.item[l] - first_body)];
                 const Vec3d at = vec_cast<double>(p) + grown_.center();
                 body.body.ask({&at, 1}, true, &mine->found);
                 body.normal = mine->found[0].normal;
-                put_position(local(mine->found[0].position), l, &to);
+                to.set_point(l, local(mine->found[0].position));
             }
         }
     }
     /// Returns a point of part space, part-local.
     Vec3f local(const Vec3f& p) const {
         return vec_cast<float>(vec_cast<double>(p) - grown_.center());
-    }
-    template <typename Answer>
-    static void put_position(const Vec3f& at, size_t place, Answer* to) {
-        to->triangle[place] = std::bit_cast<int32_t>(at.x);
-        to->bary1[place] = at.y;
-        to->bary2[place] = at.z;
     }
 
     /// Answers by what a region has; `holding`: by those that hold a voxel. Returns whether all active voxels lie in
@@ -201,7 +194,7 @@ class GrowEngine final : public nearest::Engine {
         mine->asked = region;
         if (region->beams.empty()) {
             std::fill_n(answer->distance2, nearest::kBlockVoxels, kInfinity);
-            std::fill_n(answer->patch, nearest::kBlockVoxels, -1);
+            std::fill_n(answer->item, nearest::kBlockVoxels, -1);
         } else {
             // What is farther may yet be deeper than a body.
             nearest::BlockQuery beams = query;
@@ -214,9 +207,9 @@ class GrowEngine final : public nearest::Engine {
         const VoxelFrame voxels = frame();
         for (int32_t v = 0; v < nearest::kBlockVoxels; ++v) {
             if (!is_active(query, v)) continue;
-            if (answer->patch[v] < 0) return false;
+            if (answer->item[v] < 0) return false;
             const BeamRecord& beam =
-                region->beams.tree().beams()[static_cast<size_t>(answer->patch[v])];
+                region->beams.tree().beams()[static_cast<size_t>(answer->item[v])];
             if (!(beam_distance(beam, centre(voxels, query, v)) < 0)) return false;
         }
         return true;
@@ -242,9 +235,9 @@ class GrowEngine final : public nearest::Engine {
             const Vec3f p = centre(voxels, query, v);
             active.push_back(v);
             points.push_back(vec_cast<double>(p) + grown_.center());
-            if (answer->patch[v] < 0) continue;
+            if (answer->item[v] < 0) continue;
             mine->depths[static_cast<size_t>(v)] = beam_distance(
-                region->beams.tree().beams()[static_cast<size_t>(answer->patch[v])], p);
+                region->beams.tree().beams()[static_cast<size_t>(answer->item[v])], p);
         }
         const VoxelBall ball = voxel_ball(voxels, query.block, {8, 8, 8});
         const Vec3d middle = vec_cast<double>(ball.middle) + grown_.center();
@@ -267,12 +260,12 @@ class GrowEngine final : public nearest::Engine {
             for (size_t k = 0; k < active.size(); ++k) {
                 const auto v = static_cast<size_t>(active[k]);
                 const float d = mine->found[k].distance;
-                const bool first = d == mine->depths[v] && answer->patch[v] > number;
+                const bool first = d == mine->depths[v] && answer->item[v] > number;
                 if (!(d < mine->depths[v] || first)) continue;
                 mine->depths[v] = d;
                 answer->distance2[v] = d * d;
-                answer->patch[v] = number;
-                put_position(local(mine->found[k].position), v, answer);
+                answer->item[v] = number;
+                answer->set_point(v, local(mine->found[k].position));
             }
         }
         mine->counts.queried += static_cast<int64_t>(active.size());
@@ -281,7 +274,7 @@ class GrowEngine final : public nearest::Engine {
             inside = inside && mine->depths[static_cast<size_t>(v)] < 0;
             if (answer->distance2[v] <= query.radius_mm * query.radius_mm) continue;
             answer->distance2[v] = kInfinity;
-            answer->patch[v] = -1;
+            answer->item[v] = -1;
         }
         return inside;
     }

@@ -3,7 +3,7 @@
 #pragma once
 
 // Answers queries for the nearest beam or body of what grows, by the engine of beams over those of a place, and by
-// asking its bodies. In answers `patch` counts among the beams that the scratch holds, then the bodies; the rest is as
+// asking its bodies. In answers `item` counts among the beams that the scratch holds, then the bodies; the rest is as
 // of beams.
 
 #include <memory>

@@ -3,7 +3,6 @@
 #include "runtime/solid/grow/grow_solid.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "runtime/part/shape_stage.h"
 #include "runtime/solid/grow/grow_coverage.h"
@@ -82,19 +81,18 @@ class PlacedGrown final : public Placed {
         const LocalBodies& bodies = of_engine(scratch).bodies_of_points;
         const auto first_body = static_cast<int32_t>(beams.size());
         nearest::PointAnswer of_beams = answer;
-        for (int32_t& patch : of_beams.patch)
-            patch = patch < first_body ? patch : -1;
+        for (int32_t& item : of_beams.item)
+            item = item < first_body ? item : -1;
         if (beams.empty()) {
             clear(targets, 8, bodies.floats(), bodies.ints());
         } else {
             beams.attributes()->read_points(beams.tree(), of_beams, targets);
         }
         for (size_t l = 0; l < 8; ++l) {
-            if (answer.patch[l] < first_body) continue;
-            const auto body = static_cast<size_t>(answer.patch[l] - first_body);
+            if (answer.item[l] < first_body) continue;
+            const auto body = static_cast<size_t>(answer.item[l] - first_body);
             bodies.read(body, l, {targets.values, nullptr, targets.flat});
-            const Vec3f position{std::bit_cast<float>(answer.triangle[l]), answer.bary1[l],
-                                 answer.bary2[l]};
+            const Vec3f position = answer.point_at(l);
             for (int a = 0; a < 3; ++a) {
                 if (targets.position[a] != nullptr) targets.position[a][l] = position[a];
                 if (targets.normal[a] != nullptr)
@@ -109,10 +107,10 @@ class PlacedGrown final : public Placed {
         const auto first_body = static_cast<int32_t>(beams.size());
         uint32_t inside = 0;
         for (size_t l = 0; l < 8; ++l) {
-            if ((packet.mask >> l & 1) == 0 || answers.patch[l] < 0) continue;
+            if ((packet.mask >> l & 1) == 0 || answers.item[l] < 0) continue;
             const Vec3f p{packet.p[0][l], packet.p[1][l], packet.p[2][l]};
-            const auto place = static_cast<size_t>(answers.patch[l]);
-            const float d = answers.patch[l] < first_body
+            const auto place = static_cast<size_t>(answers.item[l]);
+            const float d = answers.item[l] < first_body
                                 ? beam_distance(beams.tree().beams()[place], p)
                                 : bodies.bodies()[place - beams.size()].body.distance(
                                       vec_cast<double>(p) + shared_.grown.center());
@@ -146,14 +144,14 @@ class PlacedGrown final : public Placed {
             clear(targets, nearest::kBlockVoxels, region.bodies.floats(), region.bodies.ints());
         } else {
             nearest::BlockAnswer of_beams = answer;
-            for (int32_t& patch : of_beams.patch)
-                patch = patch < first_body ? patch : -1;
+            for (int32_t& item : of_beams.item)
+                item = item < first_body ? item : -1;
             region.beams.attributes()->read(region.beams.tree(), frame_, of_beams, active, targets);
         }
         for (size_t v = 0; v < nearest::kBlockVoxels; ++v) {
             const bool on = active == nullptr || (active[v >> 3] >> (v & 7) & 1) != 0;
-            if (on && answer.patch[v] >= first_body)
-                region.bodies.read(static_cast<size_t>(answer.patch[v] - first_body), v, targets);
+            if (on && answer.item[v] >= first_body)
+                region.bodies.read(static_cast<size_t>(answer.item[v] - first_body), v, targets);
         }
     }
 

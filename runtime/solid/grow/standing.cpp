@@ -90,7 +90,7 @@ void Standing::ask(std::span<const Vec3d> points, bool surface, Found* out) cons
             Found& to = out[8 * g + l];
             const float d = std::sqrt(answer.distance2[l]);
             to.distance = (inside >> l & 1u) != 0 ? 0.0f - d : d;
-            if (!surface || answer.patch[l] < 0) continue;
+            if (!surface || answer.item[l] < 0) continue;
             for (size_t a = 0; a < 3; ++a) {
                 const int axis = static_cast<int>(a);
                 to.position[axis] =

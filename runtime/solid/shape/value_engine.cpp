@@ -48,10 +48,10 @@ class ValueEngine final : public nearest::Engine {
         if (nearest_ != nullptr) {
             nearest_->query(query, mine->nearest.get(), answer);
         } else {
-            std::fill_n(answer->patch, kBlockVoxels, -1);
-            std::fill_n(answer->triangle, kBlockVoxels, -1);
-            std::fill_n(answer->bary1, kBlockVoxels, 0.0f);
-            std::fill_n(answer->bary2, kBlockVoxels, 0.0f);
+            std::fill_n(answer->item, kBlockVoxels, -1);
+            std::fill_n(answer->in_patch.triangle, kBlockVoxels, -1);
+            std::fill_n(answer->in_patch.bary1, kBlockVoxels, 0.0f);
+            std::fill_n(answer->in_patch.bary2, kBlockVoxels, 0.0f);
         }
         mine->points.resize(kBlockVoxels);
         for (size_t a = 0; a < 3; ++a) {
@@ -82,7 +82,7 @@ class ValueEngine final : public nearest::Engine {
         } else {
             for (size_t g = 0; g < packets.size(); ++g) {
                 answers[g] = {};
-                std::fill_n(answers[g].patch, 8, -1);
+                std::fill_n(answers[g].item, 8, -1);
             }
         }
         mine->points.resize(8 * packets.size());

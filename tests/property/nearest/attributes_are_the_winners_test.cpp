@@ -71,27 +71,28 @@ Counts check(const part::Part& part, const surface::Surface& surface) {
                 twin->query(query, twin_scratch.get(), &want);
                 reader.read(got, nullptr, {values, nullptr, flat}, &reader_scratch);
                 for (size_t i = 0; i < kBlockVoxels; ++i) {
-                    const auto mesh = surface.micro(want.patch[i]);
-                    const auto& corners = mesh->triangles[want.triangle[i]];
+                    const auto mesh = surface.micro(want.item[i]);
+                    const auto& corners = mesh->triangles[want.in_patch.triangle[i]];
                     const auto attribute = [&](size_t corner, size_t component) {
                         return mesh->vertex_attributes[2 * static_cast<size_t>(corners[corner]) +
                                                        component];
                     };
                     for (size_t c = 0; c < 2; ++c) {
                         const float a = attribute(0, c);
-                        const float at = (a + want.bary1[i] * (attribute(1, c) - a)) +
-                                         want.bary2[i] * (attribute(2, c) - a);
+                        const float at = (a + want.in_patch.bary1[i] * (attribute(1, c) - a)) +
+                                         want.in_patch.bary2[i] * (attribute(2, c) - a);
                         EXPECT_EQ(values[c][i], at);
                     }
-                    const int32_t t = surface.patches()[want.patch[i]].triangle;
+                    const int32_t t = surface.patches()[want.item[i]].triangle;
                     if (t < 0) continue;  // a strip between two triangles
                     EXPECT_EQ(std::floor(u[i]), static_cast<float>(t));
                     EXPECT_EQ(face[i], static_cast<uint32_t>(t));
                     seen[t] = true;
                     ++counts.voxels;
-                    const float rest = 1 - want.bary1[i] - want.bary2[i];
+                    const float rest = 1 - want.in_patch.bary1[i] - want.in_patch.bary2[i];
                     counts.on_edges +=
-                        want.bary1[i] == 0 || want.bary2[i] == 0 || rest == 0 ? 1 : 0;
+                        want.in_patch.bary1[i] == 0 || want.in_patch.bary2[i] == 0 || rest == 0 ? 1
+                                                                                                : 0;
                     if (::testing::Test::HasFailure()) return counts;
                 }
             }

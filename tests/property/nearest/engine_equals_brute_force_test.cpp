@@ -72,18 +72,19 @@ std::vector<BlockQuery> make_queries(const Asked& s, std::vector<std::array<uint
 /// First difference as text, or empty.
 std::string compare(const BlockAnswer& a, const BlockAnswer& b, const BlockQuery& q) {
     for (int v = 0; v < kBlockVoxels; ++v) {
-        if (std::memcmp(&a.distance2[v], &b.distance2[v], 4) == 0 && a.patch[v] == b.patch[v] &&
-            a.triangle[v] == b.triangle[v] && std::memcmp(&a.bary1[v], &b.bary1[v], 4) == 0 &&
-            std::memcmp(&a.bary2[v], &b.bary2[v], 4) == 0) {
+        if (std::memcmp(&a.distance2[v], &b.distance2[v], 4) == 0 && a.item[v] == b.item[v] &&
+            a.in_patch.triangle[v] == b.in_patch.triangle[v] &&
+            std::memcmp(&a.in_patch.bary1[v], &b.in_patch.bary1[v], 4) == 0 &&
+            std::memcmp(&a.in_patch.bary2[v], &b.in_patch.bary2[v], 4) == 0) {
             continue;
         }
         std::ostringstream text;
         text.precision(9);
         text << "block " << q.block.x << " " << q.block.y << " " << q.block.z << " voxel " << v
-             << ": " << a.distance2[v] << " of " << a.patch[v] << "/" << a.triangle[v] << " ("
-             << a.bary1[v] << ", " << a.bary2[v] << ") and " << b.distance2[v] << " of "
-             << b.patch[v] << "/" << b.triangle[v] << " (" << b.bary1[v] << ", " << b.bary2[v]
-             << ")";
+             << ": " << a.distance2[v] << " of " << a.item[v] << "/" << a.in_patch.triangle[v]
+             << " (" << a.in_patch.bary1[v] << ", " << a.in_patch.bary2[v] << ") and "
+             << b.distance2[v] << " of " << b.item[v] << "/" << b.in_patch.triangle[v] << " ("
+             << b.in_patch.bary1[v] << ", " << b.in_patch.bary2[v] << ")";
         return text.str();
     }
     return {};

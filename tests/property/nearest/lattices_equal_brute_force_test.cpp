@@ -62,10 +62,14 @@ void check(const Case& of) {
     BlockAnswer got, want;
     const auto compare = [&] {
         EXPECT_EQ(std::memcmp(got.distance2, want.distance2, sizeof got.distance2), 0);
-        EXPECT_EQ(std::memcmp(got.patch, want.patch, sizeof got.patch), 0);
-        EXPECT_EQ(std::memcmp(got.triangle, want.triangle, sizeof got.triangle), 0);
-        EXPECT_EQ(std::memcmp(got.bary1, want.bary1, sizeof got.bary1), 0);
-        EXPECT_EQ(std::memcmp(got.bary2, want.bary2, sizeof got.bary2), 0);
+        EXPECT_EQ(std::memcmp(got.item, want.item, sizeof got.item), 0);
+        EXPECT_EQ(std::memcmp(got.in_patch.triangle, want.in_patch.triangle,
+                              sizeof got.in_patch.triangle),
+                  0);
+        EXPECT_EQ(std::memcmp(got.in_patch.bary1, want.in_patch.bary1, sizeof got.in_patch.bary1),
+                  0);
+        EXPECT_EQ(std::memcmp(got.in_patch.bary2, want.in_patch.bary2, sizeof got.in_patch.bary2),
+                  0);
     };
     std::array<uint8_t, 64> lower_half;
     lower_half.fill(0x0f);
@@ -130,9 +134,9 @@ TEST(Lattices, BeyondTheReachAreNotDiced) {
             engine->query(query, scratch.get(), &got);
             twin->query(query, twin_scratch.get(), &want);
             EXPECT_EQ(std::memcmp(got.distance2, want.distance2, sizeof got.distance2), 0);
-            EXPECT_EQ(std::memcmp(got.patch, want.patch, sizeof got.patch), 0);
+            EXPECT_EQ(std::memcmp(got.item, want.item, sizeof got.item), 0);
             found += static_cast<int32_t>(
-                std::ranges::count_if(got.patch, [](int32_t p) { return p >= 0; }));
+                std::ranges::count_if(got.item, [](int32_t p) { return p >= 0; }));
         }
     }
     EXPECT_GT(found, 500);

@@ -79,13 +79,15 @@ void expect_equal(const std::vector<PointAnswer>& got, const std::vector<PointAn
     for (size_t g = 0; g < want.size(); ++g) {
         for (size_t l = 0; l < 8; ++l) {
             ASSERT_TRUE(std::memcmp(&got[g].distance2[l], &want[g].distance2[l], 4) == 0 &&
-                        got[g].patch[l] == want[g].patch[l] &&
-                        got[g].triangle[l] == want[g].triangle[l] &&
-                        std::memcmp(&got[g].bary1[l], &want[g].bary1[l], 4) == 0 &&
-                        std::memcmp(&got[g].bary2[l], &want[g].bary2[l], 4) == 0)
+                        got[g].item[l] == want[g].item[l] &&
+                        got[g].in_patch.triangle[l] == want[g].in_patch.triangle[l] &&
+                        std::memcmp(&got[g].in_patch.bary1[l], &want[g].in_patch.bary1[l], 4) ==
+                            0 &&
+                        std::memcmp(&got[g].in_patch.bary2[l], &want[g].in_patch.bary2[l], 4) == 0)
                 << what << ", packet " << g << " lane " << l << ": " << got[g].distance2[l]
-                << " of " << got[g].patch[l] << "/" << got[g].triangle[l] << " and "
-                << want[g].distance2[l] << " of " << want[g].patch[l] << "/" << want[g].triangle[l];
+                << " of " << got[g].item[l] << "/" << got[g].in_patch.triangle[l] << " and "
+                << want[g].distance2[l] << " of " << want[g].item[l] << "/"
+                << want[g].in_patch.triangle[l];
         }
     }
 }
@@ -233,8 +235,8 @@ TEST(PointsEqualBruteForce, VoxelCentresGiveTheBlockAnswer) {
             for (int z = 0; z < 8; ++z) {
                 const int v = (y * 8 + x) * 8 + z;
                 ASSERT_EQ(answer.distance2[z], block.distance2[v]);
-                ASSERT_EQ(answer.patch[z], block.patch[v]);
-                ASSERT_EQ(answer.bary1[z], block.bary1[v]);
+                ASSERT_EQ(answer.item[z], block.item[v]);
+                ASSERT_EQ(answer.in_patch.bary1[z], block.in_patch.bary1[v]);
             }
         }
     }

@@ -81,9 +81,10 @@ struct Counts {
 };
 
 bool same_answer(const BlockAnswer& a, const BlockAnswer& b, int v) {
-    return std::memcmp(&a.distance2[v], &b.distance2[v], 4) == 0 && a.patch[v] == b.patch[v] &&
-           a.triangle[v] == b.triangle[v] && std::memcmp(&a.bary1[v], &b.bary1[v], 4) == 0 &&
-           std::memcmp(&a.bary2[v], &b.bary2[v], 4) == 0;
+    return std::memcmp(&a.distance2[v], &b.distance2[v], 4) == 0 && a.item[v] == b.item[v] &&
+           a.in_patch.triangle[v] == b.in_patch.triangle[v] &&
+           std::memcmp(&a.in_patch.bary1[v], &b.in_patch.bary1[v], 4) == 0 &&
+           std::memcmp(&a.in_patch.bary2[v], &b.in_patch.bary2[v], 4) == 0;
 }
 
 class WholePart {
@@ -171,17 +172,17 @@ class WholePart {
             const bool near = want.distance2[v] <= radius_mm * radius_mm;
             counts->in_radius += near ? 1 : 0;
             const bool as_asked = near ? same_answer(bounded, want, v)
-                                       : bounded.patch[v] == -1 && std::isinf(bounded.distance2[v]);
+                                       : bounded.item[v] == -1 && std::isinf(bounded.distance2[v]);
             if (error <= 1 && as_asked && same_answer(got, want, v)) continue;
             if (!counts->wrong.empty()) continue;
             std::ostringstream text;
             text.precision(10);
             text << "block " << at.x << " " << at.y << " " << at.z << " voxel " << v << ": "
-                 << got.distance2[v] << " of " << got.patch[v] << "/" << got.triangle[v] << ", to "
-                 << radius_mm << " mm " << bounded.distance2[v] << " of " << bounded.patch[v] << "/"
-                 << bounded.triangle[v] << ", not " << want.distance2[v] << " of " << want.patch[v]
-                 << "/" << want.triangle[v] << ", in double " << exact << " squared is "
-                 << exact * exact;
+                 << got.distance2[v] << " of " << got.item[v] << "/" << got.in_patch.triangle[v]
+                 << ", to " << radius_mm << " mm " << bounded.distance2[v] << " of "
+                 << bounded.item[v] << "/" << bounded.in_patch.triangle[v] << ", not "
+                 << want.distance2[v] << " of " << want.item[v] << "/" << want.in_patch.triangle[v]
+                 << ", in double " << exact << " squared is " << exact * exact;
             counts->wrong = text.str();
         }
     }

@@ -186,7 +186,7 @@ void expect_own(const Scene& scene, const nearest::Engine& brute, const Batch& b
     nearest::PointAnswer answer;
     const auto scratch = brute.make_scratch();
     brute.query_points({&group, 1}, std::numeric_limits<float>::infinity(), scratch.get(), &answer);
-    if (answer.patch[0] < 0) {
+    if (answer.item[0] < 0) {
         EXPECT_EQ(batch.at(kDistance, v), std::numeric_limits<float>::infinity());
         EXPECT_EQ(batch.at(kPosition, v), 0.0f);
         EXPECT_EQ(batch.at(kUv, v), 0.0f);
@@ -195,12 +195,13 @@ void expect_own(const Scene& scene, const nearest::Engine& brute, const Batch& b
     const bool inside = p == batch.centres[v] || scene.winding->number(p) > 0;
     const float d = std::sqrt(answer.distance2[0]);
     ASSERT_EQ(batch.at(kDistance, v), inside ? -d : d) << "voxel " << v;
-    const auto mesh = scene.surfaces[0]->micro(answer.patch[0]);
-    const auto& corners = mesh->triangles[answer.triangle[0]];
+    const auto mesh = scene.surfaces[0]->micro(answer.item[0]);
+    const auto& corners = mesh->triangles[answer.in_patch.triangle[0]];
     const auto corner = [&](size_t k) { return static_cast<size_t>(corners[k]); };
     const Vec3f v0 = mesh->positions[corner(0)], v1 = mesh->positions[corner(1)],
                 v2 = mesh->positions[corner(2)];
-    const Vec3f at = v0 + (v1 - v0) * answer.bary1[0] + (v2 - v0) * answer.bary2[0];
+    const Vec3f at =
+        v0 + (v1 - v0) * answer.in_patch.bary1[0] + (v2 - v0) * answer.in_patch.bary2[0];
     EXPECT_LT(length(batch.point(kPosition, v) - at), 1e-5f);
     EXPECT_NEAR(length(batch.point(kPosition, v) - p), d, 1e-4f);
     const Vec3d n = cross(vec_cast<double>(v1 - v0), vec_cast<double>(v2 - v0));
@@ -210,13 +211,13 @@ void expect_own(const Scene& scene, const nearest::Engine& brute, const Batch& b
     // Components of the float inputs: uv.x, uv.y, height.
     for (size_t c = 0; c < 2; ++c) {
         const auto value = [&](size_t k) { return mesh->vertex_attributes[corner(k) * 3 + c]; };
-        const float want = (value(0) + answer.bary1[0] * (value(1) - value(0))) +
-                           answer.bary2[0] * (value(2) - value(0));
+        const float want = (value(0) + answer.in_patch.bary1[0] * (value(1) - value(0))) +
+                           answer.in_patch.bary2[0] * (value(2) - value(0));
         EXPECT_EQ(batch.at(kUv + static_cast<int32_t>(c), v), want);
     }
     // The int inputs: face, zone.
     EXPECT_EQ(batch.values[kZone * 1024 + v],
-              mesh->triangle_attributes[static_cast<size_t>(answer.triangle[0]) * 2 + 1]);
+              mesh->triangle_attributes[static_cast<size_t>(answer.in_patch.triangle[0]) * 2 + 1]);
 }
 
 void check(Scene* scene, const std::vector<int32_t>& targets, uint32_t seed) {
@@ -324,10 +325,10 @@ TEST(PointOrder, FullPacketsOfNeighboursAndAnswersWhereTheyBelong) {
         extent += std::isfinite(*high - *low) ? *high - *low : 0;
         for (size_t l = 0; l < 8; ++l) {
             answers[k].distance2[l] = p[0][l];
-            answers[k].bary1[l] = p[1][l];
-            answers[k].bary2[l] = p[2][l];
-            answers[k].patch[l] = static_cast<int32_t>(k);
-            answers[k].triangle[l] = static_cast<int32_t>(l);
+            answers[k].in_patch.bary1[l] = p[1][l];
+            answers[k].in_patch.bary2[l] = p[2][l];
+            answers[k].item[l] = static_cast<int32_t>(k);
+            answers[k].in_patch.triangle[l] = static_cast<int32_t>(l);
         }
     }
     EXPECT_LT(extent / static_cast<double>(gathered.size()), 3);  // of 10, at random 7.8
@@ -337,12 +338,12 @@ TEST(PointOrder, FullPacketsOfNeighboursAndAnswersWhereTheyBelong) {
         for (size_t l = 0; l < 8; ++l) {
             if ((points[k].mask >> l & 1u) == 0) {
                 EXPECT_EQ(back[k].distance2[l], std::numeric_limits<float>::infinity());
-                EXPECT_EQ(back[k].patch[l], -1);
+                EXPECT_EQ(back[k].item[l], -1);
                 continue;
             }
             EXPECT_EQ(bits(back[k].distance2[l]), bits(points[k].p[0][l]));
-            EXPECT_EQ(bits(back[k].bary1[l]), bits(points[k].p[1][l]));
-            EXPECT_EQ(bits(back[k].bary2[l]), bits(points[k].p[2][l]));
+            EXPECT_EQ(bits(back[k].in_patch.bary1[l]), bits(points[k].p[1][l]));
+            EXPECT_EQ(bits(back[k].in_patch.bary2[l]), bits(points[k].p[2][l]));
         }
     }
 }

@@ -80,10 +80,10 @@ class Engine final : public EmbreeEngine {
             }
             s.exact_mm[at] = best.exact_mm;
             answer->distance2[v] = best.hit.distance2;
-            answer->patch[v] = best.patch(*this);
-            answer->triangle[v] = best.triangle < 0 ? -1 : detail(best.triangle).triangle;
-            answer->bary1[v] = best.hit.bary1;
-            answer->bary2[v] = best.hit.bary2;
+            answer->item[v] = best.patch(*this);
+            answer->in_patch.triangle[v] = best.triangle < 0 ? -1 : detail(best.triangle).triangle;
+            answer->in_patch.bary1[v] = best.hit.bary1;
+            answer->in_patch.bary2[v] = best.hit.bary2;
         }
     }
 
@@ -99,10 +99,11 @@ class Engine final : public EmbreeEngine {
                     asked = asked && std::fabs(p[a]) < nearest::kMaxCoordinate;
                 const Found best = asked ? closest(p, radius_mm, &s) : Found{};
                 answers[g].distance2[l] = best.hit.distance2;
-                answers[g].patch[l] = best.patch(*this);
-                answers[g].triangle[l] = best.triangle < 0 ? 0 : detail(best.triangle).triangle;
-                answers[g].bary1[l] = best.hit.bary1;
-                answers[g].bary2[l] = best.hit.bary2;
+                answers[g].item[l] = best.patch(*this);
+                answers[g].in_patch.triangle[l] =
+                    best.triangle < 0 ? 0 : detail(best.triangle).triangle;
+                answers[g].in_patch.bary1[l] = best.hit.bary1;
+                answers[g].in_patch.bary2[l] = best.hit.bary2;
             }
         }
     }

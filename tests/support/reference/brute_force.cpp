@@ -63,10 +63,10 @@ class BruteForceEngine final : public Engine {
                 scratch->counts.queried += asked ? 1 : 0;
                 const Winner best = asked && finite ? closest(p, radius_mm) : Winner{};
                 answers[g].distance2[l] = best.hit.distance2;
-                answers[g].patch[l] = best.patch;
-                answers[g].triangle[l] = best.patch < 0 ? 0 : best.triangle;
-                answers[g].bary1[l] = best.hit.bary1;
-                answers[g].bary2[l] = best.hit.bary2;
+                answers[g].item[l] = best.patch;
+                answers[g].in_patch.triangle[l] = best.patch < 0 ? 0 : best.triangle;
+                answers[g].in_patch.bary1[l] = best.hit.bary1;
+                answers[g].in_patch.bary2[l] = best.hit.bary2;
             }
         }
     }
@@ -121,10 +121,10 @@ class BruteForceEngine final : public Engine {
                       BlockAnswer* answer) const {
         const Winner best = asked ? closest(center(voxel), radius) : Winner{};
         answer->distance2[v] = best.hit.distance2;
-        answer->patch[v] = best.patch;
-        answer->triangle[v] = best.triangle;
-        answer->bary1[v] = best.hit.bary1;
-        answer->bary2[v] = best.hit.bary2;
+        answer->item[v] = best.patch;
+        answer->in_patch.triangle[v] = best.triangle;
+        answer->in_patch.bary1[v] = best.hit.bary1;
+        answer->in_patch.bary2[v] = best.hit.bary2;
     }
 
     const surface::PatchRanges& ranges_;

@@ -120,11 +120,11 @@ TEST(Attributes, NothingWhereNothingIsAskedOrInReach) {
     int hits = 0;
     for (size_t v = 0; v < kBlockVoxels; ++v) {
         const bool asked = (demand[v >> 3] >> (v & 7) & 1) != 0;
-        const bool hit = answer.patch[v] >= 0;
+        const bool hit = answer.item[v] >= 0;
         ASSERT_TRUE(asked || !hit);
         hits += hit ? 1 : 0;
         if (hit) {
-            ASSERT_EQ(out.flat[v], static_cast<uint32_t>(answer.patch[v]));
+            ASSERT_EQ(out.flat[v], static_cast<uint32_t>(answer.item[v]));
         } else {
             ASSERT_EQ(out.values[0][v], 0.0f);
             ASSERT_EQ(out.gradients[5][v], 0.0f);
@@ -145,7 +145,7 @@ TEST(Attributes, OfFewerVoxelsThanWereQueriedAreTheSameThereAndNothingElsewhere)
     for (size_t v = 0; v < kBlockVoxels; ++v) {
         const bool asked = (demand[v >> 3] >> (v & 7) & 1) != 0;
         left_out += asked ? 0 : 1;
-        ASSERT_EQ(all.flat[v], static_cast<uint32_t>(answer.patch[v]));
+        ASSERT_EQ(all.flat[v], static_cast<uint32_t>(answer.item[v]));
         ASSERT_EQ(some.flat[v], asked ? all.flat[v] : 0u);
         for (size_t c = 0; c < 2; ++c)
             ASSERT_EQ(some.values[c][v], asked ? all.values[c][v] : 0.0f);
@@ -162,7 +162,7 @@ TEST(Attributes, OfASurfaceThatIsStoppedAreNothing) {
     Arrays out;
     ball.read(answer, nullptr, &out);
     for (size_t v = 0; v < kBlockVoxels; ++v) {
-        ASSERT_GE(answer.patch[v], 0);
+        ASSERT_GE(answer.item[v], 0);
         ASSERT_EQ(out.values[0][v], 0.0f);
         ASSERT_EQ(out.gradients[0][v], 0.0f);
         ASSERT_EQ(out.flat[v], 0u);

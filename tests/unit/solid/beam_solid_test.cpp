@@ -260,7 +260,7 @@ TEST(BeamSolid, BlocksHaveTheBitsOfPointsAndBoundsHoldThem) {
                 for (size_t z = 0; z < 8; ++z) {
                     const size_t v = 8 * column + z;
                     EXPECT_EQ(answer->distance2[v], one.distance2[z]);
-                    EXPECT_EQ(answer->patch[v], one.patch[z]);
+                    EXPECT_EQ(answer->item[v], one.item[z]);
                     if ((active[column] >> z & 1) == 0) {
                         EXPECT_EQ(heat[v], 0);
                         continue;

@@ -109,7 +109,7 @@ TEST(GrowSolid, PointsHaveTheAnswersOfAllBeams) {
         EXPECT_EQ(kind[0], kind[1]);
         for (size_t l = 0; l < 8; ++l) {
             EXPECT_EQ(found[g].distance2[l], expected[g].distance2[l]);
-            EXPECT_EQ(found[g].bary2[l], expected[g].bary2[l]);
+            EXPECT_EQ(found[g].in_patch.bary2[l], expected[g].in_patch.bary2[l]);
         }
     }
 }
