@@ -252,6 +252,27 @@ TEST_F(ShapeExtent, StandsWhereAMeshStands) {
     }
 }
 
+// Placements that are stretched along axes of their own share a stage, and differ in nothing but the stretch.
+TEST_F(ShapeExtent, EachStretchHasAnExtentOfItsOwn) {
+    write_fablets("return max(length(p.yz) - 1, abs(p.x) - 6);");
+    scratch_.write("w.fab.json", world(shape(kRoomy), R"("build": [
+        {"object": "thing", "matrix": [[1.04, 0.01, 0, 0], [0.01, 1, 0, 0], [0, 0, 1, 0]]},
+        {"object": "thing", "matrix": [[1, 0.01, 0, 0], [0.01, 1.04, 0, 30], [0, 0, 1, 0]]}])"));
+    const Outcome outcome =
+        run({program("openfab").string(), "print", (scratch_ / "w.fab.json").string(), "--extents",
+             (scratch_ / "extents.json").string()},
+            {{{"OPENFAB_CACHE", (scratch_ / "cache").string()}}, {}, {}});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    rapidjson::Document document;
+    document.Parse(read_file(scratch_ / "extents.json").c_str());
+    // A corner is at (6, 1), which the matrix moves.
+    constexpr double kReach[2][2] = {{6 * 1.04 + 0.01, 6 * 0.01 + 1}, {6 + 0.01, 6 * 0.01 + 1.04}};
+    for (rapidjson::SizeType i = 0; i < 2; ++i) {
+        for (rapidjson::SizeType a = 0; a < 2; ++a)
+            EXPECT_NEAR(document[i]["extent_mm"][1][a].GetDouble(), kReach[i][a], 2e-3) << i << a;
+    }
+}
+
 // Uniforms of a placement, of groups around it and of the command line count.
 TEST_F(ShapeExtent, StandsByItsOwnUniforms) {
     write_fablets("return length(p) - r;");
