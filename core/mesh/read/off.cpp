@@ -25,6 +25,10 @@ namespace {
 constexpr size_t kMostCorners = 4096;
 constexpr size_t kMostWords = kMostCorners + 8;
 
+bool ends_with_off(std::string_view word) {
+    return lower_ascii(std::string(word)).ends_with("off");
+}
+
 /// What lines of vertices have, by the prefix of the header.
 struct VertexKind {
     bool normal = false, color = false, uv = false;
@@ -36,10 +40,21 @@ struct TextColor {
     std::array<float, 4> values{0, 0, 0, 1};
 };
 
+/// How the words lie: a vertex or face on each line, or in a row that lines do not matter for, but at the end of a face's colour.
+struct Layout {
+    bool in_lines = true;
+    size_t color_words = 4;   ///< of a vertex of a COFF
+    bool face_colors = true;  ///< what follows a face on its line is its colour
+};
+
+// What fits first is taken; the numbers of vertices and faces tell.
+constexpr std::array<Layout, 5> kLayouts{
+    {{}, {false, 4, true}, {false, 4, false}, {false, 3, true}, {false, 3, false}}};
+
 class OffReader {
   public:
-    OffReader(std::string_view text, const std::string& file, int64_t memory_bytes)
-        : text_(text), file_(file), memory_bytes_(memory_bytes) {}
+    OffReader(std::string_view text, const std::string& file, int64_t memory_bytes, Layout layout)
+        : text_(text), file_(file), memory_bytes_(memory_bytes), layout_(layout) {}
 
     Result<MeshSource> read() {
         read_header();
@@ -48,8 +63,7 @@ class OffReader {
             read_vertex(v);
         for (int64_t f = 0; f < faces_ && !error_; ++f)
             read_face(f);
-        if (!error_ && next_line())
-            mesh_.leave_out(messages::kOffMore, place(), messages::kOffMoreHelp);
+        if (!error_ && more()) mesh_.leave_out(messages::kOffMore, place(), messages::kOffMoreHelp);
         if (error_) return *error_;
         if (!fits(static_cast<int64_t>(triangles_.size()))) return *error_;
         add_triangles();
@@ -64,49 +78,86 @@ class OffReader {
     }
     std::string place() const { return fmt::format("{}:{}", file_, line_number_); }
 
+    void take_line() {
+        line_ = text_.substr(0, text_.find('\n'));
+        text_.remove_prefix(std::min(line_.size() + 1, text_.size()));
+        ++line_number_;
+        line_ = line_.substr(0, line_.find('#'));
+    }
+
+    /// Adds what is left of the line to the words.
+    void take_rest() {
+        for (std::string_view word = take_word(&line_); !word.empty() && words_.size() < kMostWords;
+             word = take_word(&line_))
+            words_.push_back(word);
+    }
+
     /// Goes to the next line with words; false at the end.
     bool next_line() {
-        while (!text_.empty()) {
-            std::string_view line = text_.substr(0, text_.find('\n'));
-            text_.remove_prefix(std::min(line.size() + 1, text_.size()));
-            ++line_number_;
-            line = line.substr(0, line.find('#'));
-            words_.clear();
-            for (std::string_view word = take_word(&line);
-                 !word.empty() && words_.size() < kMostWords; word = take_word(&line))
-                words_.push_back(word);
-            if (!words_.empty()) return true;
+        words_.clear();
+        while (words_.empty() && !text_.empty()) {
+            take_line();
+            take_rest();
         }
-        return false;
+        return !words_.empty();
+    }
+
+    /// Adds words, from as many lines as they are on; false at the end.
+    bool take_words(size_t count) {
+        while (count > 0) {
+            const std::string_view word = take_word(&line_);
+            if (word.empty() && text_.empty()) return false;
+            if (word.empty())
+                take_line();
+            else
+                words_.push_back(word), --count;
+        }
+        return true;
+    }
+
+    /// Goes to the next item, of `least` words or more; false at the end.
+    bool next_item(size_t least) {
+        if (layout_.in_lines) return next_line();
+        words_.clear();
+        return take_words(least);
+    }
+
+    bool more() {
+        if (next_item(1) && !layout_.in_lines) fail(messages::kOffCounts);  // another layout
+        return !words_.empty();
     }
 
     void read_header() {
-        if (!next_line()) return fail(messages::kOffCounts);
+        if (!next_item(1)) return fail(messages::kOffCounts);
         // A blank may lack between the name and the first count.
         const size_t ends = words_[0].find_last_not_of("0123456789") + 1;
-        const bool joined = ends < words_[0].size() && words_[0].substr(0, ends).ends_with("OFF");
+        const bool joined = ends < words_[0].size() && ends_with_off(words_[0].substr(0, ends));
         if (joined) {
             words_.insert(words_.begin(), words_[0].substr(0, ends));
             words_[1].remove_prefix(ends);
         }
-        std::string word(words_[0]);
-        if (word.ends_with("OFF")) {
+        if (ends_with_off(words_[0])) {
+            std::string word = lower_ascii(std::string(words_[0]));
             word.resize(word.size() - 3);
-            if (word.starts_with("ST")) kind_.uv = true, word.erase(0, 2);
-            if (word.starts_with("C")) kind_.color = true, word.erase(0, 1);
-            if (word.starts_with("N")) kind_.normal = true, word.erase(0, 1);
-            if (!word.empty()) return fail(messages::kOffDimensions);
+            if (word.starts_with("st")) kind_.uv = true, word.erase(0, 2);
+            if (word.starts_with("c")) kind_.color = true, word.erase(0, 1);
+            if (word.starts_with("n")) kind_.normal = true, word.erase(0, 1);
+            // Of any number of them, `n` is a small letter.
+            if (!word.empty() || words_[0].ends_with("nOFF")) return fail(messages::kOffDimensions);
             words_.erase(words_.begin());
-            if (!words_.empty() && words_[0] == "BINARY") return fail(messages::kOffBinary);
-            if (words_.empty() && !next_line()) return fail(messages::kOffCounts);
+            if (words_.empty() && layout_.in_lines && !next_line())
+                return fail(messages::kOffCounts);
+        } else if (ends != 0) {
+            return fail(fmt::format(messages::kOffName, words_[0]));
         }
+        if (!layout_.in_lines) take_words(3 - std::min<size_t>(words_.size(), 3));
         // The number of edges, third, says nothing.
         if (words_.size() < 2) return fail(messages::kOffCounts);
         vertices_ = integer(0);
         faces_ = integer(1);
         // A line of each takes at least so much of the text.
         constexpr int64_t kShortestVertex = 6;
-        const auto left = static_cast<int64_t>(text_.size());
+        const auto left = static_cast<int64_t>(text_.size() + line_.size());
         if (vertices_ > left / kShortestVertex + 1)
             return fail(
                 fmt::format(messages::kOffTooMany, static_cast<double>(vertices_), "vertices"));
@@ -151,7 +202,9 @@ class OffReader {
     }
 
     void read_vertex(int64_t v) {
-        if (!next_line())
+        const size_t all =
+            kind_.numbers() + (kind_.color ? layout_.color_words : 0) + (kind_.uv ? 2 : 0);
+        if (!next_item(all))
             return fail(fmt::format(messages::kOffEndsEarly, v, vertices_, "vertices"));
         const size_t least = kind_.numbers();
         if (words_.size() < least)
@@ -160,13 +213,16 @@ class OffReader {
         if (!is_position(p.x, p.y, p.z)) return fail(messages::kOffFar);
         positions_.push_back(p);
         mesh_.add_vertex(p);
-        size_t rest = words_.size() - least - (kind_.uv ? 2 : 0);
         // Programs write colours of vertices under a plain `OFF`, too.
-        if (words_.size() >= least + (kind_.uv ? 2 : 0) && (rest == 3 || rest == 4)) {
+        const size_t beside = least + (kind_.uv ? 2 : 0);
+        const size_t rest = std::max(words_.size(), beside) - beside;
+        if (rest != 0 && rest != 3 && rest != 4)
+            return fail(fmt::format(messages::kOffVertex, words_.size(), beside));
+        if (rest != 0) {
             vertex_colors_.resize(positions_.size() - 1, -1);
             vertex_colors_.push_back(add_color(least, rest));
         }
-        if (kind_.uv && words_.size() >= least + 2) {
+        if (kind_.uv && words_.size() >= beside) {
             uv_.resize(positions_.size(), {0, 0});
             uv_.back() = {number(words_.size() - 2), number(words_.size() - 1)};
         }
@@ -179,6 +235,7 @@ class OffReader {
             has_fractions_ =
                 has_fractions_ || words_[at + c].find_first_of(".eE") != std::string_view::npos;
             largest_ = std::max(largest_, color.values[c]);
+            least_ = std::min(least_, color.values[c]);
         }
         if (count < 4) color.values[3] = -1;
         colors_.push_back(color);
@@ -186,9 +243,12 @@ class OffReader {
     }
 
     void read_face(int64_t f) {
-        if (!next_line()) return fail(fmt::format(messages::kOffEndsEarly, f, faces_, "faces"));
+        if (!next_item(1)) return fail(fmt::format(messages::kOffEndsEarly, f, faces_, "faces"));
         const auto count = static_cast<size_t>(integer(0));
-        if (count < 1 || count > kMostCorners || words_.size() < count + 1)
+        if (!layout_.in_lines && count <= kMostCorners && take_words(count) && layout_.face_colors)
+            take_rest();
+        // What is no face is another layout, or damage.
+        if (count < (layout_.in_lines ? 1 : 3) || count > kMostCorners || words_.size() < count + 1)
             return fail(fmt::format(messages::kOffFace, words_.size() - 1));
         std::vector<int32_t> corners;
         std::vector<Vec3d> places;
@@ -205,7 +265,8 @@ class OffReader {
         int32_t color = -1;
         if (rest == 1)
             mesh_.leave_out(messages::kOffColourMap, place(), messages::kOffColourMapHelp);
-        if (rest == 3 || rest == 4) color = add_color(count + 1, rest);
+        if (rest == 2 || rest > 4) return fail(fmt::format(messages::kOffFaceColour, rest));
+        if (rest > 1) color = add_color(count + 1, rest);
         const auto triangles = triangulate(places, &effort_);
         if (triangles.empty()) return fail(messages::kOffEffort);
         // Polygons are more triangles than faces.
@@ -228,6 +289,12 @@ class OffReader {
         const bool of_one = has_fractions_ || largest_ <= 1;
         if (of_one && !has_fractions_ && !colors_.empty())
             mesh_.warnings().push_back(fmt::format(messages::kOffUnitColours, file_));
+        if (least_ < 0) {
+            mesh_.leave_out(messages::kOffNegativeColours, file_,
+                            messages::kOffNegativeColoursHelp);
+            vertex_colors_.clear();
+            std::ranges::fill(face_colors_, -1);
+        }
         FaceGroup colored;
         int32_t group = -1, plain = -1;
         for (size_t t = 0; t < triangles_.size(); ++t) {
@@ -296,9 +363,10 @@ class OffReader {
         mesh_.set_corners(*uv_at_, values);
     }
 
-    std::string_view text_;
+    std::string_view text_, line_;  ///< what is not read yet, without the line that is being read
     const std::string& file_;
     int64_t memory_bytes_;
+    Layout layout_;
     int32_t line_number_ = 0;
     std::vector<std::string_view> words_;
     VertexKind kind_;
@@ -310,7 +378,7 @@ class OffReader {
     std::vector<std::array<int32_t, 3>> triangles_;
     std::vector<int32_t> lines_, numbers_;
     bool has_fractions_ = false, clear_ = false;
-    float largest_ = 0;
+    float largest_ = 0, least_ = 0;
     int64_t effort_ = kTriangulationEffort;
     MeshAssembly mesh_;
     std::optional<size_t> color_, uv_at_;
@@ -322,10 +390,20 @@ class OffReader {
 
 Result<MeshSource> parse_off(std::string_view bytes, const std::string& file,
                              int64_t memory_bytes) {
+    std::string_view header = bytes.substr(0, bytes.find('\n'));
+    if (ends_with_off(take_word(&header)) && take_word(&header) == "BINARY")
+        return user_error(fmt::format("{}: {}", file, messages::kOffBinary));
     if (const Complaint wide = not_utf8(bytes); !wide.empty())
         return user_error(fmt::format("{}: {}", file, wide.what), wide.help);
     const PlainText plain(bytes);
-    return OffReader(plain.text(), file, memory_bytes - plain.copied_bytes()).read();
+    Result<MeshSource> first = user_error("");
+    for (const Layout& layout : kLayouts) {
+        Result<MeshSource> source =
+            OffReader(plain.text(), file, memory_bytes - plain.copied_bytes(), layout).read();
+        if (source) return source;
+        if (&layout == kLayouts.data()) first = std::move(source);
+    }
+    return first;
 }
 
 }  // namespace openfab::mesh

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <random>
+#include <sstream>
+
 #include "base/color.h"
 #include "mesh/read/messages.h"
 #include "tests/support/says/says.h"
@@ -116,6 +119,8 @@ TEST(Off, ErrorsSayWhere) {
     };
     EXPECT_THAT(parse_error("OFF BINARY\n", "a.off"), HasSubstr(messages::kOffBinary));
     EXPECT_THAT(parse_error("4OFF\n", "a.off"), HasSubstr(messages::kOffDimensions));
+    EXPECT_THAT(parse_error("nOFF 3\n", "a.off"), HasSubstr(messages::kOffDimensions));
+    EXPECT_THAT(parse_error("{ LIST }\n", "a.off"), Says(messages::kOffName, "{"));
     EXPECT_THAT(parse_error("OFF\n", "a.off"), HasSubstr(messages::kOffCounts));
     EXPECT_THAT(parse_error(with("8 6 12", "8 6000000 12"), "a.off"),
                 Says(messages::kOffTooMany, "6e+06", "faces"));
@@ -130,6 +135,72 @@ TEST(Off, ErrorsSayWhere) {
     std::string cut = cube("OFF");
     cut.resize(cut.find("4  1 3 7 5"));
     EXPECT_THAT(parse_error(cut, "a.off"), Says(messages::kOffEndsEarly, "5", "6", "faces"));
+}
+
+/// A tetrahedron's words in any lines: `more` is what each vertex has behind its position.
+std::string scattered(const std::string& header, const std::string& more, std::mt19937* random) {
+    std::string text = header;
+    const auto gap = [&] {
+        const char* const gaps[] = {" ", " ", "\t", "\n", "\n\n", " # 1 2\n", "  \r\n"};
+        return gaps[(*random)() % 7];
+    };
+    const auto add = [&](const std::string& words) {
+        std::istringstream in(words);
+        for (std::string word; in >> word;)
+            text += gap() + word;
+    };
+    add("4 4 6");
+    for (const char* place : {"0 0 0", "4 0 0", "0 4 0", "0 0 4"})
+        add(place + more);
+    for (const char* face : {"3 0 2 1", "3 0 1 3", "3 0 3 2", "3 1 2 3"})
+        add(face);
+    return text + "\n";
+}
+
+TEST(Off, ItemsLieOnAnyLines) {
+    std::mt19937 random(3);
+    for (int i = 0; i < 300; ++i) {
+        const std::pair<const char*, const char*> kinds[] = {
+            {"OFF", ""}, {"off", ""}, {"NOFF", " 0 0 1"}, {"Coff", " 1.0 0.5 0 1"}};
+        const auto& [header, more] = kinds[i % 4];
+        const std::string text = scattered(header, more, &random);
+        SCOPED_TRACE(text);
+        const Mesh mesh = read(text);
+        ASSERT_EQ(mesh.triangles.size(), 4u);
+        EXPECT_TRUE(count_edges(mesh).fine());
+        EXPECT_EQ(mesh.positions.size(), 4u);
+        if (i % 4 == 3)
+            EXPECT_THAT(color_at(mesh, 0, 0),
+                        ElementsAre(1, static_cast<float>(srgb_to_linear(0.5)), 0));
+        else
+            EXPECT_EQ(mesh.find("color"), nullptr);
+    }
+    // All on one line; faces with a colour end with their line.
+    EXPECT_EQ(
+        read("OFF 4 4 6 0 0 0 4 0 0 0 4 0 0 0 4 3 0 2 1 3 0 1 3 3 0 3 2 3 1 2 3").triangles.size(),
+        4u);
+    const Mesh colored = read(
+        "OFF\n4 4 6\n0 0 0 4 0 0\n0 4 0 0 0 4\n3 0 2 1 255 0 0\n3 0 1 3\n3\n0 3 2 255 0 0\n3 1 2 3 "
+        "0 0 255\n");
+    EXPECT_THAT(color_at(colored, 0, 0), ElementsAre(1, 0, 0));
+    EXPECT_THAT(color_at(colored, 1, 0), ElementsAre(1, 1, 1));
+    EXPECT_THAT(color_at(colored, 3, 0), ElementsAre(0, 0, 1));
+}
+
+TEST(Off, NumbersThatAreNoColoursAreNotTakenForThem) {
+    std::vector<std::string> normals;
+    for (int v = 0; v < 8; ++v)
+        normals.push_back(v == 0 ? " -0.6 -0.6 -0.5" : " 0.6 0.6 0.5");
+    const Result<LoadedMesh> loaded = parse_bytes(cube("OFF", normals), "a.off");
+    ASSERT_TRUE(loaded) << loaded.error().text();
+    EXPECT_EQ(loaded->mesh.find("color"), nullptr);
+    ASSERT_EQ(loaded->left_out.size(), 1u);
+    EXPECT_EQ(loaded->left_out[0].what, messages::kOffNegativeColours);
+    EXPECT_THAT(parse_error(cube("OFF", {" 1 2"}), "a.off"), Says(messages::kOffVertex, "5", "3"));
+    EXPECT_THAT(parse_error(cube("OFF", {}, {" 1 2"}), "a.off"),
+                Says(messages::kOffFaceColour, "2"));
+    EXPECT_THAT(parse_error("OFF BINARY\n" + std::string(40, '\xff'), "a.off"),
+                HasSubstr(messages::kOffBinary));
 }
 
 TEST(Off, SurvivesDamage) {
