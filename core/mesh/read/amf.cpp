@@ -98,7 +98,15 @@ class AmfReader {
         if (depth > kDeepest) return fail(fmt::format(messages::kNestedTooDeep, kDeepest));
         if (++placements_ > kMaxPlacements)
             return fail(fmt::format(messages::kTooManyObjects, kMaxPlacements));
-        Affine3d own = placement_transform({1, 1, 1}, instance.rotation_deg, instance.delta);
+        if (!instance.printable) {
+            if (use == &AmfReader::count)
+                model_.told.add(messages::kItemsSwitchedOff, fmt::format("object {}", instance.id),
+                                messages::kSwitchThemOn);
+            return;
+        }
+        const Vec3d &s = instance.scale, &m = instance.mirror;
+        Affine3d own = placement_transform({s.x * m.x, s.y * m.y, s.z * m.z}, instance.rotation_deg,
+                                           instance.delta);
         own = product(holder, own);
         const auto object = objects_.find(instance.id);
         if (object != objects_.end()) {
@@ -152,6 +160,7 @@ class AmfReader {
         mesh_.bodies().push_back(body);
         const auto number = static_cast<int32_t>(mesh_.bodies().size() - 1);
         mesh_.begin_part();
+        const bool mirrored = determinant(transform) < 0;
         if (numbers_.size() < object.vertices.size()) numbers_.resize(object.vertices.size(), -1);
         std::map<int32_t, int32_t> groups;  // by look
         for (const AmfTriangle& triangle : volume.triangles) {
@@ -159,7 +168,8 @@ class AmfReader {
             std::array<int32_t, 3> corners{};
             for (size_t c = 0; c < 3; ++c)
                 corners[c] = vertex(object, transform, triangle.vertices[c]);
-            const std::array<AmfColorIndex, 3> colors = corner_colors(object, triangle);
+            std::array<AmfColorIndex, 3> colors = corner_colors(object, triangle);
+            if (mirrored) std::swap(corners[1], corners[2]), std::swap(colors[1], colors[2]);
             const bool at_corners = std::ranges::none_of(colors, [](auto c) { return c < 0; });
             const int32_t look = look_of(object, volume, at_corners);
             const auto [group, fresh] = groups.try_emplace(look, 0);

@@ -69,6 +69,8 @@ class AmfHandler final : public XmlHandler {
         const std::string_view parent = in();
         if (parent == "amf" || parent.empty()) {
             skips_ = false;
+            if (name == "metadata") take_file_metadata();
+            if (parent.empty()) in_degrees();
         } else if (!skips_) {
             take(name);
         }
@@ -154,6 +156,7 @@ class AmfHandler final : public XmlHandler {
         } else {
             // Its data, a picture's, are long; of the file's own metadata nothing is needed.
             skips_ = name != "metadata";
+            set_metadata(a);
             if (name == "texture") leave_out(messages::kAmfPictures, messages::kSaveAs3mfOrObj);
         }
     }
@@ -190,8 +193,29 @@ class AmfHandler final : public XmlHandler {
         } else if (name == "texmap" || name == "map") {
             leave_out(messages::kAmfPictures, messages::kSaveAs3mfOrObj);
         } else if (name == "metadata") {
-            const char* type = a.find("type");
-            metadata_ = type == nullptr ? "" : type;
+            set_metadata(a);
+        }
+    }
+
+    void set_metadata(const XmlAttributes& a) {
+        const char* type = a.find("type");
+        metadata_ = type == nullptr ? "" : type;
+    }
+
+    /// Slic3r and those that came of it write angles in radians, where the format has degrees.
+    void take_file_metadata() {
+        const std::string program = lower_ascii(text_);
+        radians_ = radians_ || metadata_ == "slic3rpe_amf_version" ||
+                   (metadata_ == "cad" && (program.find("slic3r") != std::string::npos ||
+                                           program.find("slicer") != std::string::npos));
+    }
+
+    void in_degrees() {
+        constexpr double kDegrees = 57.295779513082321;
+        if (!radians_) return;
+        for (auto& [id, instances] : model.constellations) {
+            for (AmfInstance& instance : instances)
+                instance.rotation_deg = instance.rotation_deg * kDegrees;
         }
     }
 
@@ -236,8 +260,24 @@ class AmfHandler final : public XmlHandler {
                 instance.delta[name[5] - 'x'] = number();
             if (name.size() == 2 && name[0] == 'r' && name[1] >= 'x' && name[1] <= 'z')
                 instance.rotation_deg[name[1] - 'x'] = number();
+            take_of_slicer(name, &instance);
         } else if (name == "triangle" && within({"object", "mesh", "volume"})) {
             check_triangle();
+        }
+    }
+
+    void take_of_slicer(std::string_view name, AmfInstance* instance) {
+        const bool has_axis = name.back() >= 'x' && name.back() <= 'z';
+        const std::string_view what = has_axis ? name.substr(0, name.size() - 1) : name;
+        if (what == "scale" && !has_axis) {
+            const double all = number();
+            instance->scale = {all, all, all};
+        } else if (what == "scale") {
+            instance->scale[name.back() - 'x'] = number();
+        } else if (what == "mirror" && has_axis) {
+            instance->mirror[name.back() - 'x'] = number();
+        } else if (name == "printable") {
+            instance->printable = number() != 0;
         }
     }
 
@@ -316,7 +356,7 @@ class AmfHandler final : public XmlHandler {
     std::string file_, text_, metadata_, wrong_;
     std::vector<std::string> path_;
     AmfColor color_{};
-    bool color_known_ = true;
+    bool color_known_ = true, radians_ = false;
     bool skips_ = false;  ///< what is in a resource that is not read
     AmfMaterial* material_ = nullptr;
     std::vector<AmfInstance>* constellation_ = nullptr;

@@ -58,10 +58,11 @@ struct AmfMaterial {
     bool has_formula = false;                       ///< in a share: it varies in space
 };
 
-/// Where a constellation has an object, or another constellation.
+/// Where a constellation has an object, or another constellation. Slicers scale, mirror and switch off.
 struct AmfInstance {
     int64_t id = -1;
-    Vec3d delta, rotation_deg;
+    Vec3d delta, rotation_deg, scale{1, 1, 1}, mirror{1, 1, 1};
+    bool printable = true;
 };
 
 struct AmfModel {

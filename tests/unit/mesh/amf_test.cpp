@@ -105,6 +105,43 @@ TEST(Amf, ConstellationsPlaceWhatTheyHave) {
     EXPECT_EQ(found.bodies[0].assembly, found.bodies[1].assembly);
 }
 
+// Slic3r and PrusaSlicer write angles in radians, and elements that the format does not have.
+TEST(Amf, InstancesOfSlicers) {
+    const std::string instance =
+        "<constellation id=\"1\"><instance "
+        "objectid=\"0\"><deltax>10</deltax><rz>1.5707963267948966</rz>"
+        "<scalex>2</scalex><scaley>3</scaley><scalez>0.5</scalez><mirrorx>-1</mirrorx><mirrory>1</"
+        "mirrory>"
+        "<mirrorz>1</mirrorz><printable>1</printable></instance>"
+        "<instance objectid=\"0\"><printable>0</printable></instance></constellation>";
+    const std::string one = object(0, vertices(2) + volume()) + instance;
+    for (const char* program : {"<metadata type=\"cad\">PrusaSlicer 2.5.0</metadata>",
+                                "<metadata type=\"cad\">Slic3r 1.3.0</metadata>",
+                                "<metadata type=\"slic3rpe_amf_version\">1</metadata>"}) {
+        const LoadedBodies found = bodies(amf(program + one));
+        ASSERT_EQ(found.bodies.size(), 1u);
+        // x becomes 0 to -4, y 0 to 6, and a quarter turn brings y to -x and x to y.
+        const Box3d box = box_of(found.bodies[0].mesh);
+        EXPECT_NEAR(box.lo.x, 4, 1e-12);
+        EXPECT_NEAR(box.hi.x, 10, 1e-12);
+        EXPECT_NEAR(box.lo.y, -4, 1e-12);
+        EXPECT_NEAR(box.hi.y, 0, 1e-12);
+        EXPECT_NEAR(box.hi.z, 1, 1e-12);
+        EXPECT_GT(testing::signed_volume(found.bodies[0].mesh), 0);
+        ASSERT_EQ(found.left_out.size(), 1u);
+        EXPECT_EQ(found.left_out[0].what, messages::kItemsSwitchedOff);
+    }
+    // In other programs' files angles are degrees.
+    const LoadedBodies found = bodies(amf(one));
+    ASSERT_EQ(found.bodies.size(), 1u);
+    EXPECT_NEAR(box_of(found.bodies[0].mesh).hi.y, 6, 0.2);
+    const std::string all =
+        "<constellation id=\"1\"><instance objectid=\"0\"><scale>4</scale>"
+        "</instance></constellation>";
+    EXPECT_NEAR(box_of(bodies(amf(object(0, vertices(2) + volume()) + all)).bodies[0].mesh).hi.y, 8,
+                1e-12);
+}
+
 TEST(Amf, MaterialsAreLooks) {
     const std::string materials =
         "<material id=\"1\"><metadata type=\"name\">hard</metadata>" + color(1, 0, 0.5) +
