@@ -67,8 +67,8 @@ class Prepared:
             source = port
             if port.hasInterfaceName() and graph.getCategory() == "nodegraph" and graph.getNodeDef() is not None:
                 continue  # of a definition in the file: its values come from where it is used
-            while source.hasInterfaceName() and source.getInterfaceInput() is not None and source.getInterfaceInput() is not source:
-                source = source.getInterfaceInput()
+            while (before := self.before(source)) is not None:
+                source = before
             if source.getConnectedNode() is not None or source.getConnectedOutput() is not None or not source.hasValueString():
                 continue
             declared = definition.getActiveInput(port.getName()) if definition is not None else None
@@ -86,6 +86,16 @@ class Prepared:
             elif source is not port or factor != 1:
                 yield partial(self.own_value, port, source, factor)
 
+    def before(self, port: Any) -> Any:
+        """Returns the input whose value another has: of a graph, or of a node that passes on a file's name."""
+        outer = port.getInterfaceInput() if port.hasInterfaceName() else None
+        if outer is not None and outer is not port:
+            return outer
+        node = port.getConnectedNode() if port.getType() == "filename" else None
+        if node is not None and node.getCategory() != "dot":
+            raise LooksError(f"{port.getNamePath()}: the name of the file comes from `{node.getName()}`; write the name itself")
+        return node.getInput("in") if node is not None else None
+
     def forget(self, node: Any, port: Any) -> None:
         self.note(node, f"the value written on `{port.getName()}` is not used, as in MaterialX' shaders: an input of coordinates that is not connected takes those of the surface")
         node.removeInput(port.getName())
@@ -94,7 +104,8 @@ class Prepared:
         file = source.getResolvedValueString()
 
         def name_it() -> None:
-            port.removeAttribute("interfacename")
+            for name in ("interfacename", "nodename"):
+                port.removeAttribute(name)
             port.setValueString(file)
 
         yield name_it
@@ -138,7 +149,7 @@ class Prepared:
     def own_value(self, port: Any, source: Any, factor: float) -> None:
         text = source.getValueString()
         if factor != 1:
-            text = ", ".join(repr(float(one) * factor) for one in text.split(","))
+            text = ", ".join(repr(float(one) * factor) for one in text.replace(",", " ").split())
         for name in ("interfacename", "unit", "unittype"):
             port.removeAttribute(name)
         port.setValueString(text)

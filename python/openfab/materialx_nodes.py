@@ -158,6 +158,8 @@ class Writer:
         if graph_output is not None and port.getNodeGraphString():
             port = graph_output
         node = port.getConnectedNode()
+        if node is None and port.getNodeName():
+            raise self.fail(port, f"reads `{port.getNodeName()}`, which is no node beside it")
         return None if node is None else (node, port.getOutputString())
 
     def geometry(self, name: str, port: Any) -> str:

@@ -88,6 +88,7 @@ CASES = {
     "a picture of the graph's input": (graph('<input name="picture" type="filename" value="flat.ppm"/><image name="x" type="color3">' + PUBLISHED + "</image>"), (0.5, 0.5), FLAT),
     "its colour space": (graph('<input name="picture" type="filename" value="flat.ppm" colorspace="srgb_texture"/><image name="x" type="color3">' + PUBLISHED + "</image>"), (0.5, 0.5), LIGHT),
     "a picture with a prefix of the graph": (graph('<input name="picture" type="filename" value="flat.ppm"/><image name="x" type="color3">' + PUBLISHED + "</image>", attributes='fileprefix="wood/"'), (0.5, 0.5), [0, 0, 1]),
+    "a picture's name behind a dot": (graph('<dot name="d" type="filename">' + port("in", "filename", "flat.ppm", 'colorspace="srgb_texture"') + '</dot><image name="x" type="color3"><input name="file" type="filename" nodename="d"/></image>'), (0.5, 0.5), LIGHT),
     "a tiled picture of the graph's input": (graph('<input name="picture" type="filename" value="flat.ppm" colorspace="srgb_texture"/><tiledimage name="x" type="color3">' + PUBLISHED + port("uvtiling", "vector2", "3, 3") + "</tiledimage>"), (0.5, 0.5), LIGHT),
     "a node beside the graphs": ('<checkerboard name="x" type="color3">' + port("color1", "color3", "1, 0.5, 0.25") + port("color2", "color3", "0, 0, 0") + port("uvtiling", "vector2", "2, 2") + '</checkerboard><surface_unlit name="S" type="surfaceshader"><input name="emission_color" type="color3" nodename="x"/></surface_unlit>' + LOOK, (0.6, 0.1), [1, 0.5, 0.25]),
     "colours of pictures in g22_rec709": (graph(picture(space='colorspace="g22_rec709"')), (0.5, 0.5), [x**2.2 for x in FLAT]),
@@ -108,6 +109,7 @@ CASES = {
     "within it": (graph(picture(port("default", "color3", "1, 1, 1") + port("uaddressmode", "string", "constant"))), (0.5, 0.5), LIGHT),
     "an inch": (length("inch"), (0.5, 0.5), [2.54] * 3),
     "a millimetre": (length("millimeter"), (0.5, 0.5), [0.1] * 3),
+    "inches with blanks between": (graph('<constant name="v" type="vector2">' + port("value", "vector2", "1 2", 'unit="inch" unittype="distance"') + '</constant><convert name="x" type="color3"><input name="in" type="vector2" nodename="v"/></convert>'), (0.5, 0.5), [2.54, 5.08, 0]),
     "a radian": (graph('<rotate2d name="r" type="vector2">' + port("in", "vector2", "1, 0") + port("amount", "float", 0.5, RADIAN) + '</rotate2d><convert name="x" type="color3"><input name="in" type="vector2" nodename="r"/></convert>'), (0.5, 0.5), [0.877582562, -0.479425539, 0]),
     "a picture of inches": (graph(picture(kind="float", space='unit="inch" unittype="distance"', name="f") + gray()), (0.5, 0.5), [FLAT[0] * 2.54] * 3),
     "saturation above one": (graph('<hsvadjust name="x" type="color3">' + port("in", "color3", "0.2, 0.5, 0.8") + port("amount", "vector3", "0, 1.6, 1") + "</hsvadjust>"), (0.5, 0.5), [-0.16, 0.32, 0.8]),
@@ -253,6 +255,12 @@ def test_names_of_files_materials_and_pictures_are_free(tmp_path):
 def test_what_is_not_known_is_refused_by_name(tmp_path, nodes, words):
     with pytest.raises(looks.LooksError, match=words):
         source(tmp_path, graph(nodes))
+
+
+def test_a_graph_that_is_named_as_a_node_is_refused(tmp_path):
+    text = graph(f'<constant name="x" type="color3">{port("value", "color3", "1, 0, 0")}</constant>')
+    with pytest.raises(looks.LooksError, match="reads `G`, which is no node"):
+        source(tmp_path, text.replace('nodegraph="G"', 'nodename="G"'))
 
 
 def test_options_that_mean_nothing_for_looks_are_refused(tmp_path):
