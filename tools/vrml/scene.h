@@ -25,6 +25,7 @@ struct SceneCorner {
 struct SceneShape {
     std::string name;     ///< of its DEF, or of the nearest node around it; may be empty
     std::string picture;  ///< a file, relative to the scene's folder; empty: none
+    bool clamps = false;  ///< the picture does not repeat
     float opacity = 1;
     std::vector<std::array<SceneCorner, 3>> triangles;  ///< counter-clockwise from outside
 };

@@ -20,8 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 using Color = std::array<float, 3>;
-/// Colour, opacity and picture.
-using Material = std::tuple<Color, float, std::string>;
+/// Colour, opacity, picture, and whether it does not repeat.
+using Material = std::tuple<Color, float, std::string, bool>;
 
 /// The colour of all corners; those of a picture are under it.
 bool has_one_color(const SceneShape& shape) {
@@ -50,7 +50,8 @@ class Writer {
         const bool plain = !shape.picture.empty() || has_one_color(shape);
         const Color color =
             shape.picture.empty() && plain ? shape.triangles[0][0].color : Color{1, 1, 1};
-        obj += fmt::format("usemtl {}\n", material({color, shape.opacity, shape.picture}));
+        obj += fmt::format("usemtl {}\n",
+                           material({color, shape.opacity, shape.picture, shape.clamps}));
         std::map<std::pair<std::array<double, 3>, Color>, size_t> vertices;
         std::map<std::array<float, 2>, size_t> coordinates;
         std::string faces;
@@ -87,11 +88,11 @@ class Writer {
         const auto [known, fresh] =
             materials_.try_emplace(wanted, fmt::format("material_{}", materials_.size() + 1));
         if (!fresh) return known->second;
-        const auto& [color, opacity, picture] = wanted;
+        const auto& [color, opacity, picture, clamps] = wanted;
         library += fmt::format("newmtl {}\nKd {:.6g} {:.6g} {:.6g}\nd {:.6g}\n", known->second,
                                color[0], color[1], color[2], opacity);
         if (!picture.empty()) {
-            library += fmt::format("map_Kd {}\n", picture);
+            library += fmt::format("map_Kd {}{}\n", clamps ? "-clamp on " : "", picture);
             pictures.push_back(picture);
         }
         return known->second;
@@ -112,6 +113,7 @@ Result<void> write_wavefront(const Scene& scene, const fs::path& folder, const f
     for (const std::string& picture : writer.pictures) {
         const fs::path to = obj.parent_path() / picture;
         std::error_code trouble;
+        if (fs::equivalent(folder / picture, to, trouble)) continue;
         fs::create_directories(to.parent_path(), trouble);
         fs::copy_file(folder / picture, to, fs::copy_options::overwrite_existing, trouble);
         if (trouble)
