@@ -332,8 +332,8 @@ def import_looks(file: str | Path, folder: str | Path, *, mesh: str | Path | Non
         raise LooksError(f"`{folder}` exists already; choose another name")
     document = read(file)
     looks = Looks(file)
-    Prepared(document, unit_mm, looks.note)
-    flatten(document, lambda category: category in FORMULAS or hasattr(Writer, "of_" + category), MODELS)
+    Prepared(document, library(), unit_mm, looks.note)
+    flatten(document, library(), lambda category: category in FORMULAS or hasattr(Writer, "of_" + category), MODELS)
     shaders = shaders_of(document)
     if not shaders:
         raise LooksError(f"`{file}` has no material with a surface")

@@ -26,22 +26,22 @@ COLORS = ("color3", "color4")
 NUMBERS = {"float", "vector2", "vector3", "vector4"}
 
 
-def graphs_of(parent: Any) -> Iterator[Any]:
-    """Yields a document or graph, and the graphs in it that are not the library's."""
+def graphs_of(parent: Any, library: Any) -> Iterator[Any]:
+    """Yields a document or graph, and the graphs in it that are not the library's: also those of files that it includes."""
     yield parent
     for child in parent.getChildren():
-        if child.getCategory() == "nodegraph" and not child.hasSourceUri():
-            yield from graphs_of(child)
+        if child.getCategory() == "nodegraph" and not (child.hasSourceUri() and library.getNodeGraph(child.getName()) is not None):
+            yield from graphs_of(child, library)
 
 
 class Prepared:
     """A document whose values are all in linear light, the look's unit and degrees."""
 
-    def __init__(self, document: Any, unit_mm: float, note: Callable[[Any, str], None]) -> None:
-        self.document, self.unit_mm, self.note = document, unit_mm, note
+    def __init__(self, document: Any, library: Any, unit_mm: float, note: Callable[[Any, str], None]) -> None:
+        self.document, self.library, self.unit_mm, self.note = document, library, unit_mm, note
         self.made: dict[str, Any] = {}  # by a picture's node: what was put behind it
         self.spaces = sorted({*ALIASES, *(one.getName()[3:-len("_to_lin_rec709_color3")] for one in document.getNodeDefs() if one.getName().endswith("_to_lin_rec709_color3"))})
-        graphs = [*graphs_of(document)]
+        graphs = [*graphs_of(document, library)]
         # All are looked at before any is changed: attributes hold for what is within.
         todo = [work for graph in graphs for node in graph.getNodes() for work in self.work_of(graph, node)]
         for work in todo:
@@ -116,8 +116,7 @@ class Prepared:
             if space:
                 yield partial(self.behind, graph, node, name, kind, f"{space}_to_lin_rec709", {})
             elif factor != 1 and kind in NUMBERS:
-                self.note(node, f"the picture's values are taken as lengths in the unit `{source.getUnit()}`")
-                yield partial(self.behind, graph, node, name, kind, "multiply", {"in2": ("float", repr(factor))})
+                self.note(node, f"the unit `{source.getUnit()}` of the picture is not used, as in MaterialX' shaders: its numbers are lengths of the look; multiply them")
         if node.getCategory() == "image" and outputs[0][0] == "" and "constant" in (address_mode(node, "uaddressmode"), address_mode(node, "vaddressmode")):
             # The default beyond the picture is a value of its own: no colour of the picture, nor a length of it.
             node.setAttribute("beyond", "elsewhere")
@@ -158,10 +157,10 @@ class Prepared:
         """Puts a node behind another's output, or behind the last that was put there; what read that reads the node."""
         behind = self.made.get(node.getNamePath()) if last else None
         readers = [port for port in self.readers(graph, behind or node, output)]
-        made = graph.addNode(category, graph.createValidChildName(f"{node.getName()}_linear" if not more else f"{node.getName()}_scaled"), kind)
+        made = graph.addNode(category, graph.createValidChildName(f"{node.getName()}_linear"), kind)
         self.made[node.getNamePath()] = made
         node = behind or node
-        first = made.addInput("in1" if category == "multiply" else "in", kind)
+        first = made.addInput("in", kind)
         first.setNodeName(node.getName())
         if output:
             first.setOutputString(output)
@@ -174,13 +173,13 @@ class Prepared:
 
     def readers(self, graph: Any, node: Any, output: str) -> Iterator[Any]:
         ports = [port for other in graph.getNodes() for port in other.getInputs()] + list(graph.getOutputs())
-        ports += [port for inner in graphs_of(graph) if inner is not graph for port in inner.getInputs()]
+        ports += [port for inner in graphs_of(graph, self.library) if inner is not graph for port in inner.getInputs()]
         for port in ports:
             if port.getNodeName() == node.getName() and (not output or (port.getOutputString() or "") == output):
                 yield port
 
 
-def flatten(document: Any, is_known: Callable[[str], bool], models: dict[str, Any]) -> None:
+def flatten(document: Any, library: Any, is_known: Callable[[str], bool], models: dict[str, Any]) -> None:
     """Replaces nodes that MaterialX, or the file, defines as graphs by these graphs."""
 
     def leads_to_model(node: Any) -> bool:
@@ -192,5 +191,5 @@ def flatten(document: Any, is_known: Callable[[str], bool], models: dict[str, An
             return False
         return leads_to_model(node) if node.getType() == "surfaceshader" else not is_known(node.getCategory())
 
-    for graph in reversed([*graphs_of(document)]):
+    for graph in reversed([*graphs_of(document, library)]):
         graph.flattenSubgraphs("genglsl", wanted)

@@ -111,7 +111,7 @@ CASES = {
     "a millimetre": (length("millimeter"), (0.5, 0.5), [0.1] * 3),
     "inches with blanks between": (graph('<constant name="v" type="vector2">' + port("value", "vector2", "1 2", 'unit="inch" unittype="distance"') + '</constant><convert name="x" type="color3"><input name="in" type="vector2" nodename="v"/></convert>'), (0.5, 0.5), [2.54, 5.08, 0]),
     "a radian": (graph('<rotate2d name="r" type="vector2">' + port("in", "vector2", "1, 0") + port("amount", "float", 0.5, RADIAN) + '</rotate2d><convert name="x" type="color3"><input name="in" type="vector2" nodename="r"/></convert>'), (0.5, 0.5), [0.877582562, -0.479425539, 0]),
-    "a picture of inches": (graph(picture(kind="float", space='unit="inch" unittype="distance"', name="f") + gray()), (0.5, 0.5), [FLAT[0] * 2.54] * 3),
+    "a picture of inches": (graph(picture(kind="float", space='unit="inch" unittype="distance"', name="f") + gray()), (0.5, 0.5), [FLAT[0]] * 3),
     "saturation above one": (graph('<hsvadjust name="x" type="color3">' + port("in", "color3", "0.2, 0.5, 0.8") + port("amount", "vector3", "0, 1.6, 1") + "</hsvadjust>"), (0.5, 0.5), [-0.16, 0.32, 0.8]),
     "burn of colours with alpha": (graph(from4('<burn name="a" type="color4">' + port("fg", "color4", "0.5, 0.75, 1, 1") + port("bg", "color4", "0.5, 0.75, 0, 1") + port("mix", "float", 0.5) + "</burn>")), (0.5, 0.5), [0.25, 0.7083333, 0]),
     "hsv of colours with alpha": (graph(from4('<rgbtohsv name="a" type="color4">' + port("in", "color4", "0.2, 0.2, 0.8, 1") + "</rgbtohsv>")), (0.5, 0.5), [2 / 3, 0.75, 0.8]),
@@ -255,6 +255,12 @@ def test_names_of_files_materials_and_pictures_are_free(tmp_path):
 def test_what_is_not_known_is_refused_by_name(tmp_path, nodes, words):
     with pytest.raises(looks.LooksError, match=words):
         source(tmp_path, graph(nodes))
+
+
+def test_graphs_of_included_files_are_prepared_too(tmp_path):
+    write(tmp_path, graph(picture()), "inner")
+    text, _ = source(tmp_path, '<xi:include xmlns:xi="http://www.w3.org/2001/XInclude" href="inner.mtlx"/>')
+    assert "mx_from_srgb" in text
 
 
 def test_a_graph_that_is_named_as_a_node_is_refused(tmp_path):
