@@ -86,8 +86,8 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
         !fits)
         return bad(fits.error());
     const auto tell_rest = [&] {
-        const char* const unknown = (*in)->color().note;
-        if (unknown != nullptr && options.space == "auto")
+        const char* const unknown = decoder.note();
+        if (unknown != nullptr)
             tell(fmt::format(messages::kNoteOnColors, image.filename().string(), unknown));
         if (!(*in)->has_more()) return;
         tell(fmt::format(messages::kSeveralPictures, image.filename().string()));

@@ -16,6 +16,7 @@
 #include "texture/cache.h"
 #include "tools/texture/embedded_profile.h"
 #include "tools/texture/file_color.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -26,6 +27,9 @@ class Decoder {
   public:
     /// What a picture's alpha is: of slices of a volume, a number like others.
     enum class Alpha { kCoverage, kNumber };
+
+    /// What is not known of the picture's colours, a message; null: nothing.
+    const char* note() const { return note_; }
 
     /// `color` counts where the space is `auto`.
     Decoder(const OIIO::ImageSpec& spec, const FileColor& color,
@@ -112,11 +116,13 @@ class Decoder {
 
     void take(const FileColor& color) {
         space_ = color.space;
+        note_ = color.note;
         if (!color.profile.empty() && (colors_ == 1 || colors_ == 3)) {
             EmbeddedProfile::Found found =
                 EmbeddedProfile::find(color.profile, color.inks ? 4 : colors_);
             if (found.is_srgb) space_ = srgb();
             profile_ = std::move(found.other);
+            if (!found.is_srgb && profile_ == nullptr) note_ = messages::kProfileUnused;
         }
     }
 
@@ -160,6 +166,7 @@ class Decoder {
     bool to_luminance_ = false;
     bool use_table_ = false;
     std::unique_ptr<EmbeddedProfile> profile_;
+    const char* note_ = nullptr;
     std::array<float, 256> table_{};
 };
 

@@ -236,6 +236,30 @@ TEST_F(PictureKinds, OfSeveralPicturesTheFirstIsReadAndTheOthersAreTold) {
     }
 }
 
+TEST_F(PictureKinds, AProfileThatIsNotUsedIsTold) {
+    const std::filesystem::path file = folder_.path() / "a.tif";
+    for (const bool has_profile : {false, true}) {
+        OIIO::ImageSpec spec(1, 1, 3, OIIO::TypeDesc::UINT8);
+        const std::vector<uint8_t> damaged(300, 7);
+        if (has_profile)
+            spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, 300),
+                           damaged.data());
+        const std::array<uint8_t, 3> pixel = {255, 128, 0};
+        const auto out = OIIO::ImageOutput::create(file.string());
+        ASSERT_TRUE(out->open(file.string(), spec));
+        ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, pixel.data()));
+        out->close();
+        ::testing::internal::CaptureStderr();
+        EXPECT_NEAR(texels_of(file, 3)[0], 1, 1e-6);
+        const std::string told = ::testing::internal::GetCapturedStderr();
+        EXPECT_EQ(told, has_profile ? "note: " +
+                                          fmt::format(messages::kNoteOnColors, "a.tif",
+                                                      messages::kProfileUnused) +
+                                          "\n"
+                                    : "");
+    }
+}
+
 TEST_F(PictureKinds, WhatALibraryIsNotMadeForIsAnErrorInAnyCase) {
     const std::filesystem::path out = folder_.path() / "none.oftx";
     const Bytes whole = bmp(24, "", Bytes(16, '\7'));
