@@ -51,7 +51,7 @@ def run(words: list[str]) -> str:
     if done.returncode == 0:
         return done.stdout
     said = done.stderr.strip().splitlines()
-    if done.returncode not in (1, 3) or not any("error" in line for line in said):
+    if done.returncode != 1 or not any("error" in line for line in said):
         raise Wrong(f"code {done.returncode}: {' '.join(said)[:300]}")
     raise Refused(next(line for line in said if "error" in line))
 
