@@ -239,7 +239,7 @@ SUITES = [
     Suite("Assimp, models", "assimp", frozenset(MESHES), "mesh", "trimesh"),
     Suite("lib3mf_rust, test files", "lib3mf_rust", frozenset({".3mf", ".stl", ".obj"}), "mesh", "trimesh"),
     Suite("Gladius, its models", "gladius", frozenset({".3mf"}), "functions", "`tests/import/implicit.py`"),
-    Suite("stepcode, STEP", "stepcode", frozenset({".stp", ".step", ".p21"}), "step", "the text of the file"),
+    Suite("stepcode, STEP", "stepcode", frozenset({".stp", ".step"}), "step", "the text of the file"),
     Suite("Compact-ICC-Profiles", "Compact-ICC-Profiles", frozenset({".icc"}), "profile", "Little CMS, by Pillow"),
     Suite("iccDEV, `Testing`", "iccDEV", frozenset({".icc"}), "profile", "Little CMS, by Pillow"),
     Suite("PngSuite, of libpng", "libpng", frozenset({".png"}), "picture", "Pillow"),
