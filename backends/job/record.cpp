@@ -179,11 +179,6 @@ void Record::complete(uint64_t hash) {
     write("complete");
 }
 
-bool Record::has_started() const {
-    const std::lock_guard lock(mutex_);
-    return started_;
-}
-
 bool Record::has_stopped() const {
     const std::lock_guard lock(mutex_);
     return stopped_;

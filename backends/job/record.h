@@ -70,7 +70,6 @@ class Record {
     void stop(const StopReason& reason);
     void complete(uint64_t hash);
 
-    bool has_started() const;
     /// Whether a stop was told since the last start.
     bool has_stopped() const;
     /// Returns why the record could not be written; empty where it could.

@@ -99,10 +99,6 @@ void Picture::text(int32_t x, int32_t y, const std::string& text, Colour colour,
     }
 }
 
-int32_t Picture::text_width(const std::string& text, int32_t size) {
-    return static_cast<int32_t>(text.size()) * 6 * size;
-}
-
 std::vector<uint8_t> Picture::png() const {
     raster::PngImage image;
     image.width = width_;

@@ -21,7 +21,6 @@ class Picture {
     void circle(double x, double y, double radius, Colour colour);
     /// Text of digits, letters and `.-=/%()`, seven pixels high times `size`; (x, y) is its upper left corner.
     void text(int32_t x, int32_t y, const std::string& text, Colour colour, int32_t size = 2);
-    static int32_t text_width(const std::string& text, int32_t size = 2);
     int32_t width() const { return width_; }
     int32_t height() const { return height_; }
     std::vector<uint8_t> png() const;

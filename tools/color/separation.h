@@ -61,8 +61,6 @@ class Separation {
     /// Returns the same colour with its lightness, and its chroma alike, scaled from 0 to 100 into
     /// what lies between the printer's black and white.
     Lab perceptual(const Lab& colour) const;
-    /// Returns the lightness of the darkest grey.
-    double darkest() const { return darkest_; }
 
   private:
     struct Start {

@@ -53,10 +53,6 @@ bool parse_decimals(std::string_view text, double* out, size_t count) {
     return trimmed(text).empty();
 }
 
-std::string_view first_part(std::string_view text) {
-    return trimmed(text.substr(0, text.find('\\')));
-}
-
 std::vector<uint64_t> whole_numbers(std::string_view bytes, size_t each) {
     std::vector<uint64_t> out;
     for (size_t at = 0; at + each <= bytes.size(); at += each) {

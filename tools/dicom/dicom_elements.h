@@ -29,9 +29,6 @@ std::string_view trimmed(std::string_view text);
 /// Parses `count` finite decimals that backslashes part, and no more.
 bool parse_decimals(std::string_view text, double* out, size_t count);
 
-/// Returns the first part of text that backslashes part, without its padding.
-std::string_view first_part(std::string_view text);
-
 /// Returns a number of 16 bits; `otherwise` where there is none.
 int32_t short_of(const gdcm::DataSet& set, const gdcm::Tag& tag, int32_t otherwise);
 

@@ -33,8 +33,7 @@ constexpr double kEdgeSlope = 0.4;
 /// A place halfway between two balls is none. `outside`: whether what is beyond the box counts as set.
 std::vector<Thin> find_thin(Bits bits, int outside, const Vec3d& pitch_mm, double below_mm);
 
-/// Bytes of each voxel that find_thin takes, `bits` left out, and by how many voxels it enlarges the box at each side.
-constexpr int64_t kThinBytesPerVoxel = 7;
+/// Returns by how many voxels find_thin enlarges the box at each side.
 Vec3i thin_margin(int outside, const Vec3d& pitch_mm, double below_mm);
 
 }  // namespace openfab::inspection

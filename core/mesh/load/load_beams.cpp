@@ -74,10 +74,6 @@ Result<LoadedLattices> read_lattices(const std::filesystem::path& file,
 
 }  // namespace
 
-std::string beam_formats() {
-    return ".txt, .npz, .3mf";
-}
-
 Result<LoadedBeams> load_beams(const std::filesystem::path& file, const BeamOptions& options) {
     return beams_from_jail(file, options.memory_bytes, [&]() -> Result<LoadedBeams> {
         const Result<std::string> bytes = read_bytes(file, options.memory_bytes);

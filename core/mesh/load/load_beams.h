@@ -44,9 +44,6 @@ struct LoadedLattices {
 /// Finds the beam lattices that a file places beside its meshes.
 Result<LoadedLattices> load_lattices(const std::filesystem::path& file, const BeamOptions& options);
 
-/// Returns ".txt, …", for messages.
-std::string beam_formats();
-
 /// Reads beams. Errors name the file, and the line in text.
 Result<LoadedBeams> load_beams(const std::filesystem::path& file, const BeamOptions& options);
 
