@@ -8,6 +8,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "backends/formats/formats.h"
 #include "base/clock.h"
 #include "base/say.h"
 #include "base/units.h"
@@ -81,9 +82,11 @@ Result<void> check_is_world(const std::string& input, bool fablets) {
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored)) return {};  // said when it is opened
     const std::string type = path.extension().string();
-    constexpr const char* kPrints[] = {".ofr", ".npy", ".gcvf", ".vdb", ".3mf", ".stl"};
-    const bool print = std::filesystem::is_directory(path, ignored) ||
-                       std::ranges::find(kPrints, type) != std::end(kPrints);
+    const bool print =
+        std::filesystem::is_directory(path, ignored) || type == ".vdb" ||
+        std::ranges::any_of(backends::formats(), [&](const backends::Format* format) {
+            return format->extension == type;
+        });
     return user_error(print ? fmt::format(messages::kInputIsPrint, input)
                             : fmt::format(messages::kInputIsNoWorld, input),
                       fablets ? messages::kGiveWorldOrFablet : messages::kGiveWorld);

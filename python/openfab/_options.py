@@ -91,7 +91,7 @@ def _fields(key: str, what: str, value: Any) -> dict[str, Any]:
     if key == "sampling":
         return {"sample_centres": choice(value, what, ("volume", "centre")) == "centre"}
     if isinstance(value, (str, os.PathLike)):
-        if key in ("bleed", "nozzles"):
+        if f"--{key}" in _core.effect_options():
             return {"effects": {f"--{key}": os.fsdecode(value)}}
         return {{"process": "process_file"}.get(key, key): os.fsdecode(value)}
     raise InputError(f"{what} cannot be {short(value)}")

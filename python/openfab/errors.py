@@ -9,10 +9,9 @@ import re
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
-if TYPE_CHECKING:
-    from . import _core
+from . import _core
 
 
 class Error(Exception):
@@ -227,11 +226,12 @@ _ARGUMENTS = {
     **{
         f"--{name.replace('_', '-')}": name
         for name in (
-            "allow", "allow_programs", "bleed", "crop", "dither", "dpi", "draft", "format", "layer", "memory", "mesh_pitch",
-            "nozzles", "preview", "printer", "process", "sampling", "seed", "slices", "support", "threads", "tls_ca",
+            "allow", "allow_programs", "crop", "dither", "dpi", "draft", "format", "layer", "memory", "mesh_pitch",
+            "preview", "printer", "process", "sampling", "seed", "slices", "support", "threads", "tls_ca",
             "token_file", "voxel", "z",
         )
     },
+    **{option: option.removeprefix("--") for option in _core.effect_options()},
 }
 
 

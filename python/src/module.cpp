@@ -32,6 +32,7 @@
 #include "python/src/print.h"
 #include "python/src/program.h"
 #include "python/src/share.h"
+#include "runtime/process/kinds/kinds.h"
 #include "texture/cache.h"
 #include "world/edit/world_edit.h"
 #include "world/printer_list.h"
@@ -284,6 +285,16 @@ NB_MODULE(_core, m) {
             return std::vector<std::string>(set.keys.begin(), set.keys.end());
         },
         "kind"_a, "The keys that a `.fab.json` may have for a kind of thing.");
+    m.def(
+        "effect_options",
+        [] {
+            std::vector<std::string> names;
+            for (const process::Kind* kind : process::kinds()) {
+                if (!kind->option.name.empty()) names.emplace_back(kind->option.name);
+            }
+            return names;
+        },
+        "The options of prints that effects of machines have.");
     m.def(
         "absolute_paths",
         [](std::string world, const std::string& folder) {

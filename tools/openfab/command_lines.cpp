@@ -13,17 +13,9 @@
 #include "base/say.h"
 #include "base/talking_program.h"
 #include "mesh/load/load_mesh.h"
-#include "tools/openfab/arrange.h"
-#include "tools/openfab/check.h"
 #include "tools/openfab/commands.h"
-#include "tools/openfab/compensate.h"
-#include "tools/openfab/split.h"
 
 namespace openfab::tools {
-
-namespace {
-
-// Each add_ function declares a command, which sets `*action` when it is the one given.
 
 void add_memory_option(CLI::App* command, std::string* text) {
     command->add_option("--memory", *text, "memory budget of the whole process (default: 1.5GB)")
@@ -38,7 +30,6 @@ void add_set_option(CLI::App* command, std::vector<std::string>* settings) {
         ->type_name("SETTING");
 }
 
-/// Declares what says how a world is read, as for its print.
 void add_world_options(CLI::App* command, std::vector<std::string>* allow,
                        std::vector<std::string>* settings) {
     add_set_option(command, settings);
@@ -49,6 +40,10 @@ void add_world_options(CLI::App* command, std::vector<std::string>* allow,
     command->add_flag_callback(
         kProgramsWord, [allow] { allow->emplace_back(kProgramsWord); }, kProgramsHelp);
 }
+
+namespace {
+
+// Each add_ function declares a command, which sets `*action` when it is the one given.
 
 void add_new(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand("new", "make a folder with a fablet and a world");
@@ -158,9 +153,11 @@ void add_verify(CLI::App& app, Action* action) {
         [file, memory, action] { *action = [file, memory] { return verify(*file, *memory); }; });
 }
 
-/// Declares what `export` and `merge` write; `more`: formats besides those of a print.
-void add_copy_options(CLI::App* command, ExportOptions* options,
-                      const std::vector<std::string>& more = {}) {
+/// Declares what `export` and `merge` write; `other` and `more`: files and formats besides a print's.
+void add_copy_options(CLI::App* command, ExportOptions* options, const std::string& other,
+                      const std::vector<std::string>& more) {
+    command->add_option("-o,--output", options->print.output,
+                        "a folder, or a file: " + backends::file_extensions() + other);
     std::vector<std::string> formats;
     for (const backends::Format* format : backends::formats())
         formats.emplace_back(format->name);
@@ -191,9 +188,6 @@ void add_export(CLI::App& app, Action* action) {
         ->add_option("FILE", options->file,
                      "an .ofr file, or - for standard input; or a world, .fab.json")
         ->required();
-    command->add_option(
-        "-o,--output", options->print.output,
-        "a folder, or an .ofr, .gcvf, .npy, .3mf or .stl file; with --slice a .png file");
     command->add_option("--slice", options->slice, "write only slice N, as one picture")
         ->check(CLI::NonNegativeNumber);
     command
@@ -207,7 +201,7 @@ void add_export(CLI::App& app, Action* action) {
                       "of a world that becomes images: run the programs that it names; never use "
                       "it for a stranger's world");
     add_set_option(command, &options->settings);
-    add_copy_options(command, options.get(), {"vdb"});
+    add_copy_options(command, options.get(), "; with --slice a .png file", {"vdb"});
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }
 
@@ -216,11 +210,9 @@ void add_merge(CLI::App& app, Action* action) {
         app.add_subcommand("merge", "join the parts of one print, made with --slices");
     auto options = std::make_shared<MergeOptions>();
     command->add_option("FILES", options->files, "complete .ofr files, in any order")->required();
-    command->add_option("-o,--output", options->output.print.output,
-                        "a folder, or an .ofr, .gcvf, .npy, .3mf or .stl file");
     command->add_flag("--whole", options->whole,
                       "fail where slices of the print are in no file, instead of a warning");
-    add_copy_options(command, &options->output);
+    add_copy_options(command, &options->output, {}, {});
     command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
 }
 
@@ -283,132 +275,6 @@ void add_property(CLI::App& app, Action* action) {
     command->callback([table, output, action] {
         *action = [table, output] { return make_property_module(*table, *output); };
     });
-}
-
-void add_split(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "split", "cut objects larger than a machine into pieces, and put them on trays");
-    auto a = std::make_shared<SplitArguments>();
-    command->add_option("WORLD", a->world, "a world (.fab.json)")->required();
-    command
-        ->add_option(
-            "--fit", a->fit,
-            "a printer (`openfab print --help` names them), or a size such as 490x390x200mm")
-        ->required()
-        ->type_name("MACHINE");
-    command
-        ->add_option("-o,--output", a->output,
-                     "the world to write, in the folder of the other: NAME.fab.json; "
-                     "NAME-2.fab.json, ... are "
-                     "more trays, NAME.cuts.json has the cuts")
-        ->required();
-    command->add_option("--object", a->object, "cut this one alone (default: all that do not fit)");
-    command->add_option("--peg", a->peg, "diameter of dowels, 0mm for none (default: 6mm)");
-    command->add_option("--material", a->material, "of dowels (default: the world's first)");
-    command->add_option("--clearance", a->clearance, "of their holes, all around (default: 0.1mm)");
-    command->add_option("--skin", a->skin,
-                        "least distance of holes from the surface (default: 1.5mm)");
-    command->add_option("--number", a->number,
-                        "height of the names in cut faces, 0mm for none (default: 6mm)");
-    command->add_option("--gap", a->gap, "between pieces on a tray (default: 5mm)");
-    command->add_option("--seam", a->seam,
-                        "an attribute of the mesh's corners: 0 where seams should be, 1 for "
-                        "normal, more where they are worse");
-    command
-        ->add_option("--look", a->look,
-                     "a print of the uncut world (.ofr, a draft will do): seams go where its "
-                     "colours change")
-        ->type_name("PRINT");
-    command
-        ->add_option("--stress", a->stress,
-                     "a volume, such as from `openfab mechanics part -o` (FILE, or FILE:ARRAY): "
-                     "sections go where it is small")
-        ->type_name("VOLUME");
-    add_world_options(command, &a->allow, &a->settings);
-    add_memory_option(command, &a->memory);
-    command->callback([a, action] { *action = [a] { return run_split(*a); }; });
-}
-
-void add_arrange(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "arrange", "put everything that a world builds on a machine's trays, one world per tray");
-    auto a = std::make_shared<ArrangeArguments>();
-    command
-        ->add_option("WORLD", a->worlds,
-                     "a world (.fab.json), or several that differ only in what they build")
-        ->required();
-    command
-        ->add_option("--fit", a->fit,
-                     "a printer, or a size such as 490x390x200mm (default: the world's printer)")
-        ->type_name("MACHINE");
-    command
-        ->add_option(
-            "-o,--output", a->output,
-            "the world to write, in the folder of the other: NAME.fab.json; NAME-2.fab.json, ... "
-            "are more trays")
-        ->required();
-    command->add_option("--gap", a->gap, "between things on a tray (default: 5mm)");
-    command
-        ->add_option("--turn", a->turn,
-                     "how things may be turned: none, upright (about z, the default), or all (on "
-                     "their sides if they fit no other way)")
-        ->type_name("CHOICE");
-    add_world_options(command, &a->allow, &a->settings);
-    add_memory_option(command, &a->memory);
-    command->callback([a, action] { *action = [a] { return run_arrange(*a); }; });
-}
-
-void add_check(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "check",
-        "find thin walls, narrow gaps, loose islands, trapped volumes, forbidden contacts");
-    auto a = std::make_shared<CheckArguments>();
-    command->add_option("FILE", a->file, "a world (.fab.json), or a print (.ofr)")->required();
-    command->add_option("--printer", a->printer, "with the limits in its profile, under `checks`")
-        ->type_name("NAME");
-    command->add_option("--process", a->process, "items that replace those of the profile")
-        ->type_name("FILE");
-    command->add_option("-o,--picture", a->picture, "a PNG that shows the places");
-    command->add_option("--report", a->report, "a JSON file with all of them");
-    command->add_option("--wall", a->wall, "thinner walls and wires, such as 0.4mm");
-    command->add_option("--gap", a->gap, "narrower gaps");
-    command->add_option("--hole", a->hole, "holes of a smaller diameter");
-    command->add_option("--island", a->island, "smaller loose islands, such as 0.5mm3");
-    command->add_option("--trapped", a->trapped, "void and support that cannot get out, if larger");
-    command
-        ->add_option("--apart", a->apart, "two materials that must not touch, such as water,salt")
-        ->allow_extra_args(false);
-    command->add_option("--draft", a->draft, "check at this multiple of the pitch")
-        ->check(CLI::Range(1, 64));
-    command
-        ->add_option("--parts", a->parts,
-                     "look at the N x N x N parts of each voxel (default: 3, or as memory allows)")
-        ->check(CLI::Range(1, 8));
-    command->add_option("--threads", a->threads, "of the print (default: all cores)")
-        ->check(CLI::Range(1, 1024));
-    add_world_options(command, &a->allow, &a->settings);
-    add_memory_option(command, &a->memory);
-    command->callback([a, action] { *action = [a] { return run_check(*a); }; });
-}
-
-void add_compensate(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "compensate", "make a displacement field from the intended and the measured shape");
-    auto a = std::make_shared<CompensateArguments>();
-    command
-        ->add_option(
-            "NOMINAL", a->nominal,
-            "the intended mesh, or a .csv of points: intended and measured x,y,z of each, in mm")
-        ->required();
-    command->add_option("MEASURED", a->measured, "the measured mesh, in the same place");
-    command
-        ->add_option("-o,--output", a->output, "NAME.json for `field` of a process, and NAME.npy")
-        ->required();
-    command->add_option("--cell", a->cell, "of the field's grid (default: a 12th of the part)");
-    command->add_option("--smooth", a->smoothness,
-                        "weight of second differences against a measured place (default: 0.001)");
-    add_memory_option(command, &a->memory);
-    command->callback([a, action] { *action = [a] { return run_compensate(*a); }; });
 }
 
 void add_view(CLI::App& app, Action* action) {
@@ -501,10 +367,7 @@ void add_commands(CLI::App& app, Action* action) {
     add_archive(app, action);
     add_cache(app, action);
     add_property(app, action);
-    add_split(app, action);
-    add_arrange(app, action);
-    add_check(app, action);
-    add_compensate(app, action);
+    add_part_commands(app, action);
     add_view(app, action);
     add_receive(app, action);
 }
