@@ -17,7 +17,7 @@ namespace openfab::graph {
 
 namespace {
 
-constexpr const char* kKindNames[] = {"library", "builtin", "own", "operator", "type", "method"};
+constexpr const char* kEntryKinds[] = {"library", "builtin", "own", "operator", "type", "method"};
 
 std::string trimmed(std::string_view text) {
     const size_t begin = text.find_first_not_of(' ');
@@ -287,7 +287,7 @@ std::vector<Entry> entries_of(const server::Analysis& analysis) {
 void write_entries(const std::vector<Entry>& entries, JsonText* out) {
     out->begin_array();
     for (const Entry& one : entries) {
-        out->begin_object().member("kind", kKindNames[static_cast<size_t>(one.kind)]);
+        out->begin_object().member("kind", kEntryKinds[static_cast<size_t>(one.kind)]);
         out->member("name", one.name).member("module", one.module);
         out->member("signature", one.signature).member("help", one.help);
         out->member("result", one.result);
