@@ -83,34 +83,18 @@ class Object(MutableMapping[str, Any]):
         InputError
             If a value or a key is invalid, or the object was removed.
         """
-        placed = self._placement(
+        placement = self._placement(
             translate=translate, rotate=rotate, scale=scale, matrix=matrix, uniforms=uniforms, **keys
         )
         with _files.lock:
             if self._world._objects.get(self.name) is not self:
                 raise InputError(f"the world has no object `{self.name}` any more; add it again")
-            self._world._placements.append(placed)
+            self._world._placements.append(placement)
         return self
 
-    def _placement(
-        self, *, translate: Any = None, rotate: Any = None, scale: Any = None, matrix: Any = None,
-        uniforms: Mapping[str, Any] | None = None, **keys: Any,
-    ) -> Placement:
-        spec: dict[str, Any] = {"object": self.name}
-        check_keys(keys, "placement", "a placement", ("object", "group", "uniforms"))
-        given = {key: plain(value, f"`{key}` of a placement") for key, value in keys.items()}
-        if given:
-            spec.update(absolute({"build": [given]})["build"][0])
-        if translate is not None:
-            spec["translate_mm"] = vector(translate, "`translate`", (2, 3))
-        if rotate is not None:
-            spec["rotate_deg"] = vector(rotate, "`rotate`")
-        if scale is not None:
-            spec["scale"] = vector(scale, "`scale`") if is_sequence(scale) else number(scale, "`scale`")
-        if matrix is not None:
-            spec["matrix"] = _matrix(matrix)
+    def _placement(self, *, uniforms: Mapping[str, Any] | None = None, **keys: Any) -> Placement:
         own = {name: self._checked(name, value) for name, value in (uniforms or {}).items()}
-        return Placement(self, spec, own)
+        return Placement(self, placed("object", self.name, **keys), own)
 
     def _checked(self, name: str, value: Any) -> Any:
         declared = self.fablet.uniforms.get(name)
@@ -154,6 +138,26 @@ class Object(MutableMapping[str, Any]):
         return f"Object({self.name!r}, {self.mesh!r}, {self.fablet!r})"
 
 
+def placed(
+    kind: str, name: str, *, translate: Any = None, rotate: Any = None, scale: Any = None, matrix: Any = None, **keys: Any,
+) -> dict[str, Any]:
+    """Returns a placement of an object or a group as a `.fab.json` has it, without values of uniforms."""
+    spec: dict[str, Any] = {kind: name}
+    check_keys(keys, "placement", "a placement", ("object", "group", "uniforms"))
+    given = {key: plain(value, f"`{key}` of a placement") for key, value in keys.items()}
+    if given:
+        spec.update(absolute({"build": [given]})["build"][0])
+    if translate is not None:
+        spec["translate_mm"] = vector(translate, "`translate`", (2, 3))
+    if rotate is not None:
+        spec["rotate_deg"] = vector(rotate, "`rotate`")
+    if scale is not None:
+        spec["scale"] = vector(scale, "`scale`") if is_sequence(scale) else number(scale, "`scale`")
+    if matrix is not None:
+        spec["matrix"] = _matrix(matrix)
+    return spec
+
+
 def _texture(declared: Uniform, array: Any) -> Texture:
     return Texture.volume(array) if declared.kind == "texture3d" else Texture(array)
 
@@ -182,9 +186,9 @@ def _matrix(given: Any) -> list[list[float]]:
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """A placement of an object as a `.fab.json` describes it, and the uniforms of this copy."""
+    """A placement of an object, or of a group, as a `.fab.json` describes it, and the uniforms of this copy."""
 
-    object: Object
+    object: Object | None
     spec: dict[str, Any]
     uniforms: dict[str, Any]
 

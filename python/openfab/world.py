@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from . import _core, _files
-from ._given import Real, Whole, number, plain, short, whole
+from ._given import Real, Whole, choice, number, plain, short, whole
 from ._keys import absolute, absolute_paths, check_keys
-from ._objects import Named, Names, Object, Placement
+from ._objects import Named, Names, Object, Placement, placed
 from ._snapshot import Snapshot, allowed_by, settings_of
 from .errors import InputError
 from .fablet import Fablet
@@ -124,10 +124,10 @@ class World:
                 raise InputError(f"the world has an object `{name}` already")
             added = Object(self, name, as_mesh(mesh), fablet, given)
             added.update(uniforms or {})
-            placed = [added._placement(**placement)] if place else []
+            placements = [added._placement(**placement)] if place else []
             # Only here, so that an error above leaves the world unchanged.
             self._objects[name] = added
-            self._placements += placed
+            self._placements += placements
         return added
 
     def remove(self, name: str) -> None:
@@ -148,6 +148,33 @@ class World:
                 raise InputError(f"the world has no object `{name}`; it has {', '.join(self._objects) or 'none'}")
             removed = self._objects.pop(name)
             self._placements = [one for one in self._placements if one.object is not removed]
+
+    def place_group(self, name: str, *, uniforms: Mapping[str, Any] | None = None, **placement: Any) -> None:
+        """Places a group of the world's `groups`.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        uniforms : mapping of str to Any, optional
+            Values for this copy, by `OBJECT.UNIFORM`.
+        **placement
+            Arguments of `Object.place`.
+
+        Raises
+        ------
+        InputError
+            If the world has no group or no object with that name, or a value is invalid.
+        """
+        choice(name, "a group of the world", list(self._keys.get("groups", {})))
+        own = {}
+        for target, value in (uniforms or {}).items():
+            of, _, uniform = target.rpartition(".")
+            choice(of, f"the object of `{target}`", list(self._objects))
+            own[target] = self._objects[of]._checked(uniform, value)
+        added = Placement(None, placed("group", name, **placement), own)
+        with _files.lock:
+            self._placements.append(added)
 
     @property
     def objects(self) -> Mapping[str, Object]:

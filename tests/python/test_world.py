@@ -350,6 +350,25 @@ def test_every_key_that_is_a_path_counts_from_the_working_directory(
     assert described["objects"][made.name]["pieces"] == str(tmp_path / "cuts.json")
 
 
+def test_a_group_is_placed_with_values_of_its_own() -> None:
+    groups = {"pair": [{"object": "one"}, {"object": "one", "translate_mm": [6, 0, 0]}]}
+    world = openfab.World(printer="generic", groups=groups)
+    text = """fablet One { @uniform { Material stuff; }
+        @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(stuff, 1); return mc; } }"""
+    world.add(openfab.box(2, 2, 2), openfab.Fablet(text=text), {"stuff": RED}, name="one", place=False)
+    world.place_group("pair")
+    world.place_group("pair", translate=(0, 4), uniforms={"one.stuff": BLUE})
+    codes = openfab.print_world(world, voxel=1).array()
+    expected = np.zeros((2, 6, 8), np.uint8)
+    for y, code in ((0, 1), (4, 2)):
+        expected[:, y:y + 2, :2] = expected[:, y:y + 2, 6:] = code
+    np.testing.assert_array_equal(codes, expected)
+    for name, uniforms in (("pare", {}), ("pair", {"two.stuff": RED}), ("pair", {"one.stuf": RED})):
+        with pytest.raises(openfab.InputError, match="did you mean|cannot be"):
+            world.place_group(name, uniforms=uniforms)
+    assert len(world.to_json()["build"]) == 2
+
+
 def test_every_key_of_a_world_has_a_way_to_give_it() -> None:
     """A new key of the loader is given here, or this fails."""
 
