@@ -243,7 +243,7 @@ TEST_F(SliceFolder, NamesHaveFixedDigits) {
 }
 
 /// Two a file: more than JSON of other kinds may have.
-TEST(FolderSink, ManifestsHaveDigestsOfVeryManyFiles) {
+TEST(SliceManifest, ManifestsHaveDigestsOfVeryManyFiles) {
     constexpr int kFiles = 600'000;
     std::string text = "{";
     for (const char* key : {"sha256", "seals"}) {
@@ -253,8 +253,8 @@ TEST(FolderSink, ManifestsHaveDigestsOfVeryManyFiles) {
         text += "},";
     }
     text += "\"complete\": true}";
-    EXPECT_TRUE(manifest_is_complete(text));
-    EXPECT_EQ(manifest_seals(text).size(), size_t{kFiles});
+    EXPECT_TRUE(raster::manifest_is_complete(text));
+    EXPECT_EQ(raster::manifest_seals(text).size(), size_t{kFiles});
 }
 
 }  // namespace
