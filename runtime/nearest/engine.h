@@ -13,6 +13,7 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -71,6 +72,15 @@ constexpr float kMaxCoordinate = 0x1p60f;
 struct alignas(32) PointPacket {
     float p[3][8] = {};
     uint32_t mask = 0xff;
+
+    Vec3f point(size_t lane) const { return {p[0][lane], p[1][lane], p[2][lane]}; }
+    /// Returns whether a lane is active, with coordinates that have an answer.
+    bool asks(size_t lane) const {
+        bool fine = (mask >> lane & 1) != 0;
+        for (const auto& axis : p)
+            fine = fine && std::fabs(axis[lane]) <= kMaxCoordinate;
+        return fine;
+    }
 };
 
 /// The nearest surface point of each lane; none, and the rest 0, in lanes that are inactive or have a coordinate that

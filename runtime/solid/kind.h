@@ -21,12 +21,17 @@ using Bodies = std::vector<std::shared_ptr<Solid>>;
 /// `bodies` are those of the part's stage, if it has one.
 struct Kind {
     /// Returns whether two parts that share a geometry (part::shared_geometry) have one solid.
-    bool (*alike)(const part::Part& a, const part::Part& b);
+    bool (*alike)(const part::Part& a, const part::Part& b) =
+        [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; };
     /// Changes a part's mesh and geometry to what `make` takes; parts alike get those of the first.
     Result<void> (*refine)(const surface::SurfaceOptions& options, const Bodies& bodies,
-                           part::Part* part);
+                           part::Part* part) =
+        [](const surface::SurfaceOptions& /*options*/, const Bodies& /*bodies*/,
+           part::Part* /*part*/) -> Result<void> { return {}; };
     /// Returns a lower bound, from counts, of the memory for `make`; 0 where it is not worth a check.
-    int64_t (*bytes)(const part::Part& part);
+    int64_t (*bytes)(const part::Part& part) = [](const part::Part& /*part*/) -> int64_t {
+        return 0;
+    };
     /// Makes the solid. The part must outlive it.
     Result<std::shared_ptr<Solid>> (*make)(const part::Part& part,
                                            const surface::SurfaceOptions& options,

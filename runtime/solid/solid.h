@@ -75,7 +75,11 @@ class Placed {
     virtual void begin_queries() = 0;
     /// Returns what answers queries for nearest points; null before begin_queries.
     const nearest::Engine* engine() const { return engine_.get(); }
-    virtual std::unique_ptr<Scratch> make_scratch() const = 0;
+    virtual std::unique_ptr<Scratch> make_scratch() const {
+        auto scratch = std::make_unique<Scratch>();
+        scratch->engine = engine_->make_scratch();
+        return scratch;
+    }
     /// Writes the @nearest inputs at the answers of a block. `active` as in nearest::BlockQuery.
     virtual void read(const nearest::BlockAnswer& answer, const uint8_t* active,
                       const nearest::AttributeTargets& targets, Scratch* scratch) const = 0;

@@ -11,9 +11,11 @@
 // function of their place. All operations are in float, in one order, so that every caller gets equal
 // bits; sums of squares of three do not cancel, which keeps rule 16 far from the axis, too.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
+#include "base/infinity.h"
 #include "base/vec.h"
 #include "mesh/model/beams.h"
 
@@ -94,5 +96,17 @@ BeamSurfacePoint nearest_of_beam(const BeamRecord& beam, const Vec3f& p);
 /// holds the other is that ball.
 BeamRecord make_record(const mesh::Beam& beam, int32_t number, const Vec3d& first,
                        const Vec3d& second, double scale);
+
+/// Returns the signed distance of a point to a box: nothing in the box has a lesser one.
+inline float box_distance(const Box3f& box, const Vec3f& p) {
+    float outside2 = 0, inside = -kInfinity;
+    for (int a = 0; a < 3; ++a) {
+        const float d = std::max(box.lo[a] - p[a], p[a] - box.hi[a]);
+        inside = std::max(inside, d);
+        const float out = std::max(d, 0.0f);
+        outside2 += out * out;
+    }
+    return outside2 > 0 ? std::sqrt(outside2) : inside;
+}
 
 }  // namespace openfab::solid

@@ -9,14 +9,6 @@
 
 namespace openfab::solid {
 
-void BeamCoverage::coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                            double* seconds) const {
-    cover_strips(box_, slab, kLargest, out, seconds, [&](const Columns& columns) {
-        Tools tools;
-        cover(slab, columns, stop, &tools, out);
-    });
-}
-
 void BeamCoverage::cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop,
                          Tools* tools, voxel::SlabMask* out) const {
     for (int32_t y = columns.y0; y < columns.y1; y += kLargest) {
@@ -91,14 +83,6 @@ void BeamCoverage::fill(int32_t x, int32_t y, int32_t side, uint8_t bits,
         for (int32_t column = x0; column < x1; ++column)
             to[column - out->x0] |= bits;
     }
-}
-
-void BeamCoverage::raise_tops(const Columns& columns, TopRows* rows) const {
-    Tools tools;
-    raise_to_covered(box_, columns, rows,
-                     [&](int32_t slab, const Columns& all, voxel::SlabMask* mask) {
-                         cover(slab, all, nullptr, &tools, mask);
-                     });
 }
 
 }  // namespace openfab::solid

@@ -28,14 +28,9 @@ class BeamCoverage {
         BeamList of_cube;
         BeamCube cube;
     };
+    static Tools make_tools() { return {}; }
 
     const Box3i& box() const { return box_; }
-    /// As Placed::coverage.
-    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                  double* seconds) const;
-    /// Raises tops to the highest voxel that is covered in each column.
-    void raise_tops(const Columns& columns, TopRows* rows) const;
-
     /// Covers columns [x0, x1) x [y0, y1), multiples of 8, of a slab in the mask.
     void cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop, Tools* tools,
                voxel::SlabMask* out) const;

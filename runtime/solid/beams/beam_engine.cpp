@@ -72,11 +72,8 @@ class BeamEngine final : public nearest::Engine {
             for (size_t l = 0; l < 8; ++l) {
                 to.distance2[l] = kInfinity;
                 to.item[l] = -1;
-                const Vec3f p{packets[g].p[0][l], packets[g].p[1][l], packets[g].p[2][l]};
-                bool asked = (packets[g].mask >> l & 1) != 0;
-                for (int a = 0; a < 3; ++a)
-                    asked = asked && std::fabs(p[a]) <= nearest::kMaxCoordinate;
-                if (!asked) continue;
+                if (!packets[g].asks(l)) continue;
+                const Vec3f p = packets[g].point(l);
                 ++mine->counts.queried;
                 const NearestBeam near = tree_.nearest(p, mine->last);
                 mine->last = near.beam;

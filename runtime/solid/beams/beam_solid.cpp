@@ -9,7 +9,7 @@
 #include "runtime/solid/beams/beam_coverage.h"
 #include "runtime/solid/beams/beam_engine.h"
 #include "runtime/solid/extent/extent_search.h"
-#include "runtime/solid/placed_box.h"
+#include "runtime/solid/placed_tiles.h"
 #include "runtime/surface/transform_box.h"
 
 namespace openfab::solid {
@@ -49,31 +49,14 @@ Box3d mapped_box(const part::PartBeams& of, const Affine3d& map) {
         });
 }
 
-class PlacedBeams final : public Placed {
+class PlacedBeams final : public PlacedTiles<BeamCoverage> {
   public:
     PlacedBeams(const Shared& shared, const Place& where)
-        : shared_(shared),
-          frame_(where.frame),
-          voxels_(where.frame),
-          coverage_(shared.tree, voxels_, voxels_of(where, shared.tree.bounds()),
-                    part::part_base_voxel(where.part, where.grid)) {}
+        : PlacedTiles(shared.tree, where), shared_(shared) {}
 
-    Box3i voxel_box() const override { return coverage_.box(); }
-    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                  double* seconds) const override {
-        coverage_.coverage(slab, out, stop, seconds);
-    }
-    void raise_tops(const Columns& columns, TopRows* rows) const override {
-        coverage_.raise_tops(columns, rows);
-    }
     void begin_queries() override {
         if (engine_ == nullptr && shared_.asked)
             engine_ = make_beam_engine(shared_.tree, voxels_, shared_.attributes.get());
-    }
-    std::unique_ptr<Scratch> make_scratch() const override {
-        auto scratch = std::make_unique<Scratch>();
-        scratch->engine = engine_->make_scratch();
-        return scratch;
     }
     void read(const nearest::BlockAnswer& answer, const uint8_t* active,
               const nearest::AttributeTargets& targets, Scratch* /*scratch*/) const override {
@@ -89,7 +72,7 @@ class PlacedBeams final : public Placed {
         for (size_t l = 0; l < 8; ++l) {
             if ((packet.mask >> l & 1) == 0 || answers.item[l] < 0) continue;
             const BeamRecord& beam = shared_.tree.beams()[static_cast<size_t>(answers.item[l])];
-            const float d = beam_distance(beam, {packet.p[0][l], packet.p[1][l], packet.p[2][l]});
+            const float d = beam_distance(beam, packet.point(l));
             inside |= (d < 0 ? 1u : 0u) << l;
         }
         return inside;
@@ -97,9 +80,6 @@ class PlacedBeams final : public Placed {
 
   private:
     const Shared& shared_;
-    const std::array<float, OPENFAB_FRAME_COUNT> frame_;
-    const VoxelFrame voxels_;
-    const BeamCoverage coverage_;
 };
 
 /// Beams for the search of an extent: their distance never changes faster than the place.
@@ -166,9 +146,6 @@ class BeamSolid final : public Solid {
 }  // namespace
 
 const Kind kBeamKind{
-    .alike = [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; },
-    .refine = [](const surface::SurfaceOptions& /*options*/, const Bodies& /*bodies*/,
-                 part::Part* /*part*/) -> Result<void> { return {}; },
     .bytes =
         [](const part::Part& part) {
             return BeamTree::bytes(static_cast<int64_t>(

@@ -24,18 +24,6 @@ int32_t nodes_of(size_t beams, size_t leaf) {
     return 1 + nodes_of(beams / 2, leaf) + nodes_of(beams - beams / 2, leaf);
 }
 
-/// Returns the signed distance of a point to a box: no beam in the box has a lesser one.
-float box_distance(const Box3f& box, const Vec3f& p) {
-    float outside2 = 0, inside = -kInfinity;
-    for (int a = 0; a < 3; ++a) {
-        const float d = std::max(box.lo[a] - p[a], p[a] - box.hi[a]);
-        inside = std::max(inside, d);
-        const float out = std::max(d, 0.0f);
-        outside2 += out * out;
-    }
-    return outside2 > 0 ? std::sqrt(outside2) : inside;
-}
-
 float outwards(double x, float to) {
     return std::nextafter(static_cast<float>(x), to);
 }

@@ -10,31 +10,23 @@ namespace openfab::solid {
 
 namespace {
 
-/// Voxels along x of a tile that is gathered at once, in strips of BeamCoverage::kLargest rows.
+/// Voxels along x of a tile that is gathered at once, in strips of kLargest rows.
 constexpr int32_t kGathered = 128;
 /// Beams of a tile that is not halved: its tree stays in the caches of the processor, and threads need little memory.
 constexpr size_t kFew = size_t{1} << 14;
 
 }  // namespace
 
-void GrowCoverage::coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                            double* seconds) const {
-    cover_strips(box_, slab, BeamCoverage::kLargest, out, seconds, [&](const Columns& columns) {
-        Tools tools;
-        cover(slab, columns, stop, &tools, out);
-    });
-}
-
 void GrowCoverage::cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop,
                          Tools* tools, voxel::SlabMask* out) const {
-    for (int32_t y = columns.y0; y < columns.y1; y += BeamCoverage::kLargest) {
+    for (int32_t y = columns.y0; y < columns.y1; y += kLargest) {
         for (int32_t x = columns.x0; x < columns.x1; x += kGathered) {
             if (grown_.failed() || (stop != nullptr && stop->load(std::memory_order_relaxed)))
                 return;
-            cover_tile(slab,
-                       {x, y, std::min(x + kGathered, columns.x1),
-                        std::min(y + BeamCoverage::kLargest, columns.y1)},
-                       stop, tools, out);
+            cover_tile(
+                slab,
+                {x, y, std::min(x + kGathered, columns.x1), std::min(y + kLargest, columns.y1)},
+                stop, tools, out);
         }
     }
 }
@@ -75,8 +67,8 @@ void GrowCoverage::cover_tile(int32_t slab, const Columns& tile, const std::atom
             bodies.push_back({&tools->gathered.bodies[static_cast<size_t>(place.body)],
                               {place.end[0], place.end[1]}});
     }
-    for (int32_t left = tile.x0; left < tile.x1; left += BeamCoverage::kLargest)
-        cover_bodies(slab, {left, tile.y0}, BeamCoverage::kLargest, bodies, tile, out);
+    for (int32_t left = tile.x0; left < tile.x1; left += kLargest)
+        cover_bodies(slab, {left, tile.y0}, kLargest, bodies, tile, out);
 }
 
 /// In tiles that are halved while a body's box touches them.
@@ -148,14 +140,6 @@ void GrowCoverage::cover_block(int32_t slab, std::array<int32_t, 2> at,
                 bits(voxels[i].x, voxels[i].y) |= static_cast<uint8_t>(1u << (voxels[i].z & 7));
         }
     }
-}
-
-void GrowCoverage::raise_tops(const Columns& columns, TopRows* rows) const {
-    Tools tools;
-    raise_to_covered(box_, columns, rows,
-                     [&](int32_t slab, const Columns& all, voxel::SlabMask* mask) {
-                         cover(slab, all, nullptr, &tools, mask);
-                     });
 }
 
 }  // namespace openfab::solid

@@ -19,18 +19,18 @@ class GrowCoverage {
         : grown_(grown), frame_(frame), box_(box), base_(base) {}
 
     const Box3i& box() const { return box_; }
-    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                  double* seconds) const;
-    void raise_tops(const Columns& columns, TopRows* rows) const;
 
-  private:
+    static constexpr int32_t kLargest = BeamCoverage::kLargest;
     struct Tools {
         GatheredBeams gathered;
         LocalBeams local;
         BeamCoverage::Tools of_beams;
     };
+    static Tools make_tools() { return {}; }
     void cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop, Tools* tools,
                voxel::SlabMask* out) const;
+
+  private:
     void cover_tile(int32_t slab, const Columns& tile, const std::atomic<bool>* stop, Tools* tools,
                     voxel::SlabMask* out) const;
     struct BodyBox {

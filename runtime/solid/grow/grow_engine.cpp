@@ -52,14 +52,10 @@ class GrowEngine final : public nearest::Engine {
             for (size_t l = 0; l < 8; ++l) {
                 to.distance2[l] = kInfinity;
                 to.item[l] = -1;
-                const Vec3f p = point(packets[g], l);
-                bool asked = (packets[g].mask >> l & 1) != 0;
-                for (int a = 0; a < 3; ++a)
-                    asked = asked && std::fabs(p[a]) <= nearest::kMaxCoordinate;
-                if (!asked) continue;
+                if (!packets[g].asks(l)) continue;
                 ++mine->counts.queried;
                 const size_t before = mine->gathered.beams.size();
-                const float d = grown_.nearest(p, &mine->gathered);
+                const float d = grown_.nearest(packets[g].point(l), &mine->gathered);
                 if (mine->gathered.beams.size() == before) continue;
                 if (std::fabs(d) <= radius_mm) {
                     to.item[l] = static_cast<int32_t>(before);
@@ -115,9 +111,6 @@ class GrowEngine final : public nearest::Engine {
     }
 
   private:
-    static Vec3f point(const nearest::PointPacket& packet, size_t lane) {
-        return {packet.p[0][lane], packet.p[1][lane], packet.p[2][lane]};
-    }
     VoxelFrame frame() const { return VoxelFrame(frame_); }
 
     /// Returns by how much a distance `d` at the middle of a ball may differ from that of its other points.
@@ -167,7 +160,7 @@ class GrowEngine final : public nearest::Engine {
             for (size_t l = 0; l < 8; ++l) {
                 if (to.item[l] < 0) continue;
                 to.item[l] = place[static_cast<size_t>(to.item[l])];
-                const Vec3f p = point(packets[g], l);
+                const Vec3f p = packets[g].point(l);
                 if (to.item[l] < first_body) {
                     const BeamRecord& beam =
                         mine->of_points.tree().beams()[static_cast<size_t>(to.item[l])];

@@ -10,7 +10,7 @@
 #include "runtime/solid/grow/program_source.h"
 #include "runtime/solid/grow/rule_source.h"
 #include "runtime/solid/messages.h"
-#include "runtime/solid/placed_box.h"
+#include "runtime/solid/placed_tiles.h"
 #include "runtime/surface/transform_box.h"
 
 namespace openfab::solid {
@@ -40,31 +40,15 @@ const GrowScratch& of_engine(const Scratch* scratch) {
     return static_cast<const GrowScratch&>(*scratch->engine);
 }
 
-class PlacedGrown final : public Placed {
+class PlacedGrown final : public PlacedTiles<GrowCoverage> {
   public:
     PlacedGrown(const SharedGrown& shared, const Place& where)
-        : shared_(shared),
-          frame_(where.frame),
-          coverage_(shared.grown, VoxelFrame(where.frame), voxels_of(where, shared.grown.bounds()),
-                    part::part_base_voxel(where.part, where.grid)) {}
+        : PlacedTiles(shared.grown, where), shared_(shared) {}
 
-    Box3i voxel_box() const override { return coverage_.box(); }
-    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                  double* seconds) const override {
-        coverage_.coverage(slab, out, stop, seconds);
-    }
-    void raise_tops(const Columns& columns, TopRows* rows) const override {
-        coverage_.raise_tops(columns, rows);
-    }
     void begin_queries() override {
         if (engine_ == nullptr && shared_.asked)
             engine_ = make_grow_engine(shared_.grown, frame_,
                                        shared_.attributes ? shared_.part.fablet : nullptr);
-    }
-    std::unique_ptr<Scratch> make_scratch() const override {
-        auto scratch = std::make_unique<Scratch>();
-        scratch->engine = engine_->make_scratch();
-        return scratch;
     }
     void read(const nearest::BlockAnswer& answer, const uint8_t* active,
               const nearest::AttributeTargets& targets, Scratch* scratch) const override {
@@ -108,7 +92,7 @@ class PlacedGrown final : public Placed {
         uint32_t inside = 0;
         for (size_t l = 0; l < 8; ++l) {
             if ((packet.mask >> l & 1) == 0 || answers.item[l] < 0) continue;
-            const Vec3f p{packet.p[0][l], packet.p[1][l], packet.p[2][l]};
+            const Vec3f p = packet.point(l);
             const auto place = static_cast<size_t>(answers.item[l]);
             const float d = answers.item[l] < first_body
                                 ? beam_distance(beams.tree().beams()[place], p)
@@ -156,8 +140,6 @@ class PlacedGrown final : public Placed {
     }
 
     const SharedGrown& shared_;
-    const std::array<float, OPENFAB_FRAME_COUNT> frame_;
-    const GrowCoverage coverage_;
 };
 
 class GrowSolid final : public Solid, Dicing {
@@ -208,7 +190,6 @@ const Kind kGrowKind{
         return error_at(part::stage_of(*part)->location, messages::kBeamsNotDisplaced,
                         messages::kBeamsNotDisplacedHelp);
     },
-    .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
     .make = [](const part::Part& part, const surface::SurfaceOptions& options,
                const Bodies& bodies) -> Result<std::shared_ptr<Solid>> {
         auto made = std::make_shared<GrowSolid>(part, options, bodies);

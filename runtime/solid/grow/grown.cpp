@@ -21,18 +21,6 @@ constexpr size_t kMostGathered = size_t{1} << 19;
 constexpr size_t kMostOpened = size_t{1} << 23;
 constexpr size_t kShards = 4;  // few: a clump may be large
 
-/// Returns the signed distance of a point to a box: nothing in the box has a lesser one.
-float box_distance(const Box3f& box, const Vec3f& p) {
-    float outside2 = 0, inside = -kInfinity;
-    for (int a = 0; a < 3; ++a) {
-        const float d = std::max(box.lo[a] - p[a], p[a] - box.hi[a]);
-        inside = std::max(inside, d);
-        const float out = std::max(d, 0.0f);
-        outside2 += out * out;
-    }
-    return outside2 > 0 ? std::sqrt(outside2) : inside;
-}
-
 }  // namespace
 
 void GatheredBeams::add(const Clump& clump, size_t beam, const BeamValues& values) {

@@ -25,7 +25,6 @@ static_assert(std::size(kKinds) == kKindCount);
 
 /// Parts that are stretched are alike where they share what they are stretched from.
 const Kind kStretchedKind{
-    .alike = [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; },
     .refine = [](const surface::SurfaceOptions& options, const Bodies& bodies,
                  part::Part* part) -> Result<void> {
         part::Part source = part->stretched->source;

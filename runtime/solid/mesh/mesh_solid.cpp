@@ -14,7 +14,6 @@
 #include "runtime/surface/morton_order.h"
 #include "runtime/voxel/coverage.h"
 #include "runtime/voxel/patch_index.h"
-#include "simd/isa.h"
 
 namespace openfab::solid {
 
@@ -26,11 +25,6 @@ namespace {
 constexpr int64_t kTriangleBytes = 140;
 constexpr int64_t kPatchBytes = 48;
 constexpr int64_t kPatchTreeBytes = 340;
-
-/// Queries may use more than kernels do, except where a print is limited to SSE4.1.
-simd::Isa widest_queries(openfab_isa isa) {
-    return isa >= OPENFAB_ISA_AVX2 ? simd::Isa::kAvx512 : simd::Isa::kSse41;
-}
 
 struct MeshScratch final : Scratch {
     nearest::AttributeReader::Scratch attributes;

@@ -13,9 +13,9 @@ namespace openfab::solid {
 
 namespace {
 
-// Columns along a side of what intervals decide at once. The smallest are worth a tenth of the points
-// that are left by twice as large ones.
-constexpr int32_t kLargest = 64, kSmallest = 4;
+// Columns along a side of what intervals decide at the end: worth a tenth of the points that are left by twice as large
+// ones.
+constexpr int32_t kSmallest = 4;
 constexpr int32_t kColumns = kSmallest * kSmallest;
 constexpr size_t kPoints = static_cast<size_t>(kColumns) * kSlabSlices;
 constexpr size_t kBatch = 32;  // of the smallest, that are evaluated at once
@@ -63,17 +63,9 @@ Lies cut(const Box3f& to, Box3f* box) {
 
 }  // namespace
 
-void ShapeCoverage::coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                             double* seconds) const {
-    cover_strips(box_, slab, kLargest, out, seconds, [&](const Columns& columns) {
-        ShapeCalls* calls = field_.take();
-        cover(slab, columns, calls, stop, out);
-        field_.give(calls);
-    });
-}
-
-void ShapeCoverage::cover(int32_t slab, const Columns& columns, ShapeCalls* calls,
-                          const std::atomic<bool>* stop, voxel::SlabMask* out) const {
+void ShapeCoverage::cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop,
+                          Tools* tools, voxel::SlabMask* out) const {
+    ShapeCalls* calls = tools->calls;
     const uint8_t all = slices_in(box_, slab);
     const Box3f whole = field_.bounds();
     std::vector<Vec2<int32_t>> open, next;
@@ -191,15 +183,6 @@ void ShapeCoverage::evaluate(int32_t slab, std::span<const Vec2<int32_t>> tiles,
                       static_cast<size_t>(x - out->x0)] = static_cast<uint8_t>(inside);
         }
     }
-}
-
-void ShapeCoverage::raise_tops(const Columns& columns, TopRows* rows) const {
-    ShapeCalls* calls = field_.take();
-    raise_to_covered(box_, columns, rows,
-                     [&](int32_t slab, const Columns& all, voxel::SlabMask* mask) {
-                         cover(slab, all, calls, nullptr, mask);
-                     });
-    field_.give(calls);
 }
 
 }  // namespace openfab::solid

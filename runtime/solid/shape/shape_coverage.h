@@ -25,16 +25,25 @@ class ShapeCoverage {
         : field_(field), frame_(frame), box_(box), base_(base) {}
 
     const Box3i& box() const { return box_; }
-    /// As Placed::coverage.
-    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                  double* seconds) const;
-    /// Raises tops to the highest voxel that is covered in each column.
-    void raise_tops(const Columns& columns, TopRows* rows) const;
+    /// Voxels along a side of what intervals decide at once.
+    static constexpr int32_t kLargest = 64;
+    /// Calls that are a thread's for as long as these live.
+    struct Tools {
+        explicit Tools(const ShapeField& of) : field(of), calls(of.take()) {}
+        ~Tools() { field.give(calls); }
+        Tools(const Tools&) = delete;
+        Tools& operator=(const Tools&) = delete;
+
+        const ShapeField& field;
+        ShapeCalls* calls;
+    };
+    Tools make_tools() const { return Tools(field_); }
+
+    /// Covers columns [x0, x1) x [y0, y1), multiples of 8, of a slab in the mask.
+    void cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop, Tools* tools,
+               voxel::SlabMask* out) const;
 
   private:
-    /// Covers columns [x0, x1) x [y0, y1), multiples of 8, of a slab in the mask.
-    void cover(int32_t slab, const Columns& columns, ShapeCalls* calls,
-               const std::atomic<bool>* stop, voxel::SlabMask* out) const;
     /// Evaluates tiles; `points` and `values` are scratch memory.
     void evaluate(int32_t slab, std::span<const Vec2<int32_t>> tiles, ShapeCalls* calls,
                   ShapePoints* points, std::vector<float>* values, voxel::SlabMask* out) const;

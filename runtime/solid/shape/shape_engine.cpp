@@ -50,7 +50,7 @@ class ShapeEngine final : public nearest::Engine {
             for (auto& coordinate : bounds[g].point)
                 std::fill_n(coordinate, 8, std::numeric_limits<float>::quiet_NaN());
             for (size_t l = 0; l < 8; ++l) {
-                const Vec3f p{packets[g].p[0][l], packets[g].p[1][l], packets[g].p[2][l]};
+                const Vec3f p = packets[g].point(l);
                 const Box3f box{p, p};
                 NearRange range;
                 near_.bound(box, {&box, 1}, &mine->near, &range);

@@ -4,14 +4,13 @@
 
 #include "runtime/nearest/engine/attributes.h"
 #include "runtime/solid/mesh/mesh_solid.h"
-#include "runtime/solid/placed_box.h"
+#include "runtime/solid/placed_tiles.h"
 #include "runtime/solid/shape/shape_coverage.h"
 #include "runtime/solid/shape/shape_engine.h"
 #include "runtime/solid/shape/shape_field.h"
 #include "runtime/solid/shape/shape_mesh.h"
 #include "runtime/solid/shape/shape_surface.h"
 #include "runtime/solid/shape/value_engine.h"
-#include "simd/isa.h"
 
 namespace openfab::solid {
 
@@ -39,23 +38,11 @@ struct SharedShape {
     std::unique_ptr<nearest::AttributeReader> attributes;  ///< likewise; in no frame
 };
 
-class PlacedShape final : public Placed {
+class PlacedShape final : public PlacedTiles<ShapeCoverage> {
   public:
     PlacedShape(const SharedShape& shared, const Place& where)
-        : shared_(shared),
-          frame_(where.frame),
-          voxels_(where.frame),
-          coverage_(shared.field, voxels_, voxels_of(where, shared.field.bounds()),
-                    part::part_base_voxel(where.part, where.grid)) {}
+        : PlacedTiles(shared.field, where), shared_(shared) {}
 
-    Box3i voxel_box() const override { return coverage_.box(); }
-    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                  double* seconds) const override {
-        coverage_.coverage(slab, out, stop, seconds);
-    }
-    void raise_tops(const Columns& columns, TopRows* rows) const override {
-        coverage_.raise_tops(columns, rows);
-    }
     void begin_queries() override {
         if (engine_ != nullptr || !shared_.asked) return;
         if (shared_.trees != nullptr) engine_ = nearest::make_block_engine(shared_.trees, frame_);
@@ -86,9 +73,6 @@ class PlacedShape final : public Placed {
 
   private:
     const SharedShape& shared_;
-    const std::array<float, OPENFAB_FRAME_COUNT> frame_;
-    const VoxelFrame voxels_;
-    const ShapeCoverage coverage_;
     std::unique_ptr<nearest::AttributeReader> attributes_;
 };
 
@@ -183,10 +167,8 @@ void ShapeSolid::prepare(const Asked& asked, const QuerySetUp& queries) {
             make_shape_surface(shared_.field, shared_.blocks, options_.cache_bytes, stop_);
         if (!shared_.field.is_distance())
             shared_.near = std::make_unique<const ShapeNear>(shared_.field, shared_.blocks);
-        const simd::Isa widest =
-            queries.isa >= OPENFAB_ISA_AVX2 ? simd::Isa::kAvx512 : simd::Isa::kSse41;
-        shared_.trees =
-            nearest::make_block_index(*shared_.surface, {.cache = queries.trees, .widest = widest});
+        shared_.trees = nearest::make_block_index(
+            *shared_.surface, {.cache = queries.trees, .widest = widest_queries(queries.isa)});
     }
     if ((asked.attributes || asked.geometry) && shared_.attributes == nullptr) {
         shared_.attributes = std::make_unique<nearest::AttributeReader>(
@@ -211,7 +193,6 @@ const Kind kShapeKind{
         part->geometry = part::MeshGeometry{};
         return kMeshKind.refine(options, {}, part);
     },
-    .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
     .make = [](const part::Part& part, const surface::SurfaceOptions& options,
                const Bodies& bodies) -> Result<std::shared_ptr<Solid>> {
         auto made = std::make_shared<ShapeSolid>(part, options, bodies);

@@ -90,17 +90,12 @@ class ValueEngine final : public nearest::Engine {
             for (size_t a = 0; a < 3; ++a)
                 mine->points.at[a][i] = packets[i / 8].p[a][i % 8];
         }
-        const auto asked = [&](size_t i) {
-            bool fine = (packets[i / 8].mask >> (i % 8) & 1) != 0;
-            for (size_t a = 0; a < 3; ++a)
-                fine = fine && std::fabs(mine->points.at[a][i]) <= nearest::kMaxCoordinate;
-            return fine;
-        };
         evaluate(mine);
         for (size_t i = 0; i < mine->points.size(); ++i) {
+            const bool asked = packets[i / 8].asks(i % 8);
             answers[i / 8].distance2[i % 8] =
-                asked(i) ? square(mine->values[i], mine->points.point(i), radius_mm) : kInfinity;
-            scratch->counts.queried += asked(i) ? 1 : 0;
+                asked ? square(mine->values[i], mine->points.point(i), radius_mm) : kInfinity;
+            scratch->counts.queried += asked ? 1 : 0;
         }
     }
 
