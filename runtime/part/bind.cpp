@@ -241,7 +241,8 @@ class WorldBinder {
     /// Null of a part whose geometry is stretched where it is made.
     std::shared_ptr<const Stretched> stretched_from(const Part& part,
                                                     const std::array<double, 9>& s) {
-        if (!is_stretched_as_a_whole(part.geometry, s)) return nullptr;
+        if (!std::visit([&](const auto& of) { return of.stretches_whole(s); }, part.geometry))
+            return nullptr;
         auto& known = stretched_[{shared_geometry(part), part.fablet, s}];
         if (known == nullptr)
             known = std::make_shared<const Stretched>(make_stretched(part, s, *part.fablet));

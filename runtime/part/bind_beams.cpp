@@ -15,6 +15,10 @@ Result<void> check_beams(const openfab_fablet& fablet, const std::array<double, 
     return check_uneven_stretch(stretch, messages::kBeamsUnevenScaleHelp);
 }
 
+bool BeamGeometry::stretches_whole(const StretchBy& by) {
+    return pieces::uniform_scale(by) == 0;
+}
+
 std::shared_ptr<const PartBeams> make_part_beams(std::shared_ptr<const mesh::Beams> beams,
                                                  const openfab_fablet& fablet,
                                                  const std::array<double, 9>& stretch,

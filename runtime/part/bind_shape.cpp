@@ -68,6 +68,10 @@ std::array<double, 3> scales_along_axes(const std::array<double, 9>& stretch) {
     return scales;
 }
 
+bool ShapeGeometry::stretches_whole(const StretchBy& by) {
+    return scales_along_axes(by)[0] == 0;
+}
+
 Result<void> check_stretch(const openfab_fablet* stage, const std::array<double, 9>& stretch,
                            bool displaced) {
     if (stretch == kUnmoved) return Ok{};

@@ -4,6 +4,7 @@
 
 // What parts are made of, by kind. runtime/solid/kinds has the solid of each, in the same order.
 
+#include <array>
 #include <memory>
 #include <variant>
 
@@ -13,18 +14,25 @@ struct PartBeams;
 struct ProgramTable;
 struct ShapeStage;
 
+/// The symmetric factor of a placement (base/polar.h).
+using StretchBy = std::array<double, 9>;
+
 /// The part's mesh, which in all other kinds is a box around what is printed.
-struct MeshGeometry {};
+struct MeshGeometry {
+    static bool stretches_whole(const StretchBy& /*by*/) { return false; }
+};
 
 struct BeamGeometry {
     std::shared_ptr<const PartBeams> beams;
     const void* shared() const { return beams.get(); }
+    static bool stretches_whole(const StretchBy& by);
 };
 
 /// What is inside by the values of a @Shape stage.
 struct ShapeGeometry {
     std::shared_ptr<const ShapeStage> stage;
     const void* shared() const { return stage.get(); }
+    static bool stretches_whole(const StretchBy& by);
 };
 
 /// What grows by the rules of a @Grow stage, or by a program of the user's, whose table is the stage's fablet.
@@ -32,9 +40,13 @@ struct GrownGeometry {
     std::shared_ptr<const ShapeStage> stage;
     std::shared_ptr<const ProgramTable> program;  ///< null: rules
     const void* shared() const { return stage.get(); }
+    static bool stretches_whole(const StretchBy& by) {
+        return by != StretchBy{1, 0, 0, 0, 1, 0, 0, 0, 1};
+    }
 };
 
-/// `shared` of a kind is the address that parts of one geometry share.
+/// `shared` of a kind is the address that parts of one geometry share; what `stretches_whole` is not made
+/// stretched, but stretched once it is made.
 using Geometry = std::variant<MeshGeometry, BeamGeometry, ShapeGeometry, GrownGeometry>;
 
 }  // namespace openfab::part

@@ -8,10 +8,9 @@
 
 #include "base/polar.h"
 #include "base/principal_axes.h"
-#include "pieces/region.h"
 #include "runtime/part/bind_beams.h"
-#include "runtime/part/bind_shape.h"
 #include "runtime/part/messages.h"
+#include "runtime/part/shape_stage.h"
 
 namespace openfab::part {
 
@@ -19,19 +18,6 @@ namespace {
 
 constexpr double kMostUneven = 1.1;
 constexpr std::array<double, 9> kUnmoved{1, 0, 0, 0, 1, 0, 0, 0, 1};
-
-bool stretches_whole(const MeshGeometry& /*of*/, const std::array<double, 9>& /*stretch*/) {
-    return false;
-}
-bool stretches_whole(const BeamGeometry& /*of*/, const std::array<double, 9>& stretch) {
-    return pieces::uniform_scale(stretch) == 0;
-}
-bool stretches_whole(const ShapeGeometry& /*of*/, const std::array<double, 9>& stretch) {
-    return scales_along_axes(stretch)[0] == 0;
-}
-bool stretches_whole(const GrownGeometry& /*of*/, const std::array<double, 9>& stretch) {
-    return stretch != kUnmoved;
-}
 
 }  // namespace
 
@@ -54,10 +40,6 @@ Result<void> check_uneven_stretch(const std::array<double, 9>& stretch, const ch
     const Vec2<double> range = stretch_range(stretch);
     if (range.y <= range.x * kMostUneven) return Ok{};
     return user_error(fmt::format(messages::kUnevenStretch, range.x, range.y), help);
-}
-
-bool is_stretched_as_a_whole(const Geometry& geometry, const std::array<double, 9>& stretch) {
-    return std::visit([&](const auto& of) { return stretches_whole(of, stretch); }, geometry);
 }
 
 Stretched make_stretched(const Part& of, const std::array<double, 9>& by,

@@ -21,9 +21,6 @@ std::array<double, 9> inverse_stretch(const std::array<double, 9>& stretch);
 /// Checks that factors are alike enough for distances: they are too small by as much as these differ.
 Result<void> check_uneven_stretch(const std::array<double, 9>& stretch, const char* help);
 
-/// Returns whether geometry that is stretched so is not made so, but stretched once it is made.
-bool is_stretched_as_a_whole(const Geometry& geometry, const std::array<double, 9>& stretch);
-
 /// Makes what a part is stretched from: `of`, with a shape or beams that are not stretched, in a mesh that
 /// has the place of its centre alone.
 Stretched make_stretched(const Part& of, const std::array<double, 9>& by,
