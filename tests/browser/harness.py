@@ -95,7 +95,7 @@ class Page:
     def open(self, url, ready="#materials li", text=False, view="z"):
         """Opens the page in a view, None: what it opens in, with all that is folded unfolded, and with `text` the text."""
         self.page.goto(url)
-        self.page.wait_for_selector(ready, timeout=120_000)
+        self.page.wait_for_selector(ready, state="attached", timeout=120_000)
         self.page.evaluate("() => document.querySelectorAll('#details details').forEach((one) => { one.open = true; })")
         if view:
             self.page.keyboard.press({"z": "1", "y": "2", "x": "3", "3": "4"}[view])

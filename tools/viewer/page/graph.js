@@ -230,6 +230,7 @@ export class GraphPane {
                         this.drawing.reveal(fresh.at(-1).id);
                     }
                 }
+                else if (this.selected.size) this.drawing.reveal(this.chosen[0]);
                 return true;
             } catch (error) {
                 if (error.status === 422) this.say(error.message);

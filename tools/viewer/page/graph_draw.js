@@ -122,7 +122,7 @@ export class GraphDrawing {
         for (const one of this.nodes.children) {
             const is = selected.has(Number(one.dataset.node));
             one.classList.toggle("selected", is);
-            one.setAttribute("aria-pressed", is);
+            one.setAttribute("aria-current", is);
             for (const row of one.querySelectorAll("[data-port]"))
                 row.classList.toggle("selected", port !== null && Number(one.dataset.node) === port?.node && Number(row.dataset.port) === port.port);
         }
@@ -172,7 +172,7 @@ export class GraphDrawing {
         const warning = node.troubles?.[0]?.message;
         const made = svg("g", {
             class: `node ${node.kind} ${node.role ?? ""} ${wrong ? "wrong" : warning ? "warned" : ""}`, "data-node": node.id, transform: `translate(${x} ${y})`,
-            tabindex: -1, role: "button", "aria-label": `${titleOf(node)}${node.folded ? ", collapsed" : ""}${wrong ? `, ${wrong}` : ""}`,
+            tabindex: -1, role: "group", "aria-label": `${titleOf(node)}${node.folded ? ", collapsed" : ""}${wrong ? `, ${wrong}` : ""}`,
         });
         made.append(
             svg("rect", { class: "box", width: kSize.width, height, rx: 5 }),
@@ -307,18 +307,14 @@ export class GraphDrawing {
 
     /** Moves nodes, as a hand drags them: they and their wires alone are drawn anew. */
     carry(ids, dx, dy) {
-        const moved = new Set(ids);
+        const key = ids.join();
+        if (this.carried?.key !== key || this.carried.placed !== this.placed) this.carried = this.carriedOf(key, ids);
+        const { moved, nodes, wires } = this.carried;
         for (const id of moved) this.placed.at[id] = { x: this.placed.at[id].x + dx, y: this.placed.at[id].y + dy };
-        for (const one of this.nodes.children) {
-            const id = Number(one.dataset.node);
-            if (moved.has(id)) one.setAttribute("transform", `translate(${this.placed.at[id].x} ${this.placed.at[id].y})`);
-        }
-        for (const wire of this.wires.children) {
-            const [to, from] = [Number(wire.dataset.node), Number(wire.dataset.from)];
-            if (!moved.has(to) && !moved.has(from)) continue;
-            const node = this.tab.nodes[to], i = Number(wire.dataset.port);
-            const d = GraphDrawing.path(this.outputAt(this.tab.nodes[from], node.ports[i].output), this.portAt(node, i));
-            for (const path of wire.querySelectorAll("path")) path.setAttribute("d", d);
+        for (const [id, one] of nodes) one.setAttribute("transform", `translate(${this.placed.at[id].x} ${this.placed.at[id].y})`);
+        for (const { node, i, from, paths } of wires) {
+            const d = GraphDrawing.path(this.outputAt(from, node.ports[i].output), this.portAt(node, i));
+            for (const path of paths) path.setAttribute("d", d);
         }
         this.placed.frames.forEach((frame, i) => {
             if (!frame.nodes.length || !frame.nodes.every((id) => moved.has(id))) return;
@@ -326,6 +322,15 @@ export class GraphDrawing {
             this.frames.children[i].setAttribute("transform", `translate(${frame.box.x} ${frame.box.y})`);
         });
         this.onmove();
+    }
+
+    /** What is drawn anew of nodes that a hand carries. */
+    carriedOf(key, ids) {
+        const moved = new Set(ids);
+        const nodes = [...this.nodes.children].map((one) => [Number(one.dataset.node), one]).filter(([id]) => moved.has(id));
+        const wires = [...this.wires.children].filter(({ dataset: { node, from } }) => moved.has(Number(node)) || moved.has(Number(from)))
+            .map((wire) => ({ node: this.tab.nodes[wire.dataset.node], i: Number(wire.dataset.port), from: this.tab.nodes[wire.dataset.from], paths: wire.querySelectorAll("path") }));
+        return { key, placed: this.placed, moved, nodes, wires };
     }
 
     /** The SVG is as large as what is drawn, wherever that begins. */

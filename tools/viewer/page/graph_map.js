@@ -2,7 +2,7 @@
 
 import { heightOf, kSize } from "./graph_layout.js";
 
-const kWidth = 168, kHeight = 96;
+const kWidth = 168, kHeight = 96, kPaceMs = 60;
 
 export class GraphMap {
     constructor(canvas, drawing) {
@@ -21,7 +21,7 @@ export class GraphMap {
     soon() {
         if (this.asked) return;
         this.asked = true;
-        requestAnimationFrame(() => { this.asked = false; this.draw(); });
+        setTimeout(() => requestAnimationFrame(() => { this.asked = false; this.draw(); }), kPaceMs);
     }
 
     back(x, y) { return { x: this.from.x + x / this.scale, y: this.from.y + y / this.scale }; }

@@ -3,7 +3,7 @@
 
 /** By name; modules are the library's, `holds` finds others. `shows` is what its picture is of. */
 export const kCategories = [
-    { name: "Materials", about: "two or more in one part", shows: "mix_pattern", modules: ["mix", "property"], holds: (e) => e.result === "MaterialComposition" },
+    { name: "Materials", about: "two or more in one part", shows: "color_ramp", modules: ["mix", "property"], holds: (e) => e.result === "MaterialComposition" },
     { name: "Patterns", about: "stripes, checks, dots", shows: "checks", modules: ["pattern", "halftone"] },
     { name: "Lattices", about: "gyroids, struts, foams", shows: "gyroid", modules: ["lattice", "struts", "foam", "voronoi", "conformal"] },
     { name: "Depth and height", about: "skins, layers, gradients", shows: "grade_depth", modules: ["shell", "grade"], holds: (e) => /^distance/.test(e.name) || e.name === "nearest" },
@@ -12,9 +12,9 @@ export const kCategories = [
     { name: "Noise and nature", about: "wood, marble, clouds", shows: "marble", modules: ["wood", "marble"], holds: (e) => /noise|simplex|cellular|fbm|turbulence|curl|^hash/.test(e.name) },
     { name: "Shapes", about: "balls, boxes, pipes", shows: "solid_torus", modules: ["solids", "sweeps"] },
     { name: "Move and bend", about: "turn, repeat, twist", shows: "deform_twist_stretch", modules: ["deform"] },
-    { name: "Fields", about: "flows, heat, harmonics", shows: "harmonic", modules: ["harmonic", "streams"] },
+    { name: "Fields", about: "flows, heat, harmonics", shows: "curl", modules: ["harmonic", "streams"] },
     { name: "Optics", about: "lenses and their arrays", shows: "lens_array_hex", modules: ["lens"] },
-    { name: "Dither", about: "which voxel gets which", shows: "dither_threshold", modules: ["dither"] },
+    { name: "Dither", about: "which voxel gets which", shows: "halftone_dots", modules: ["dither"] },
     { name: "This fablet", about: "functions of your own", holds: (e) => e.kind === "own" },
     { name: "Mathematics", about: "+, sin, clamp", shows: "sin", holds: () => true },
 ];
@@ -24,6 +24,7 @@ const kWords = {
     mix_pattern: ["two materials, changing by a pattern of 0 to 1", "blend two colours checker stripes alternate"],
     mix_depth: ["two materials, changing with depth under the skin", "graded gradient skin core soft inside fade"],
     mix_height: ["two materials, changing from bottom to top", "graded gradient height ombre z fade layers"],
+    mix_picture_on: ["a picture on one side of the part", "photo logo image label print texture decal top"],
     mix_picture: ["two materials, by how dark a picture is", "photo logo image label print texture"],
     mix_field: ["two materials, by any field between two values", "graded gradient range remap lerp"],
     checks: ["a checkerboard of squares or cubes", "checker chess tiles squares"],

@@ -51,7 +51,7 @@ void main() {
         if (cell.a < 0.004) { first = false; continue; }
         float strength = cell.a > 0.98 ? 60.0 / step_mm : cell.a / (1.0 - cell.a) + (cell.a > 0.5 ? (cell.a - 0.5) * 8.0 / step_mm : 0.0);
         float hidden = 1.0 - exp(-strength * step_mm);
-        float lit = face_lit, rim = 0.0;
+        float lit = face_lit, rim = 0.05 * face_lit;
         if (!first || cell.a < 0.6) {
             vec3 d = cell_mm * 1.2;
             vec3 normal = -vec3(at(p + vec3(d.x, 0, 0)).a - at(p - vec3(d.x, 0, 0)).a,
@@ -66,7 +66,7 @@ void main() {
             lit = ambient * (0.26 + 0.16 * sky) + 0.5 * direct * mix(0.6, 1.0, ambient) + 0.06 * facing;
             // Black has one by what it mirrors.
             vec3 mirrored = reflect(-towards, normal);
-            rim = ambient * (0.035 + 0.07 * smoothstep(-0.2, 0.9, mirrored.z) + 0.13 * pow(1.0 - facing, 3.0) + 0.1 * pow(max(dot(mirrored, light), 0.0), 12.0));
+            rim = ambient * (0.04 + 0.15 * direct + 0.09 * smoothstep(-0.2, 0.9, mirrored.z) + 0.13 * pow(1.0 - facing, 3.0) + 0.1 * pow(max(dot(mirrored, light), 0.0), 12.0));
         }
         first = false;
         color += through * hidden * min(cell.rgb * lit + rim * cell.a, vec3(1.0));

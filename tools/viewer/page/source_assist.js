@@ -41,7 +41,6 @@ export class SourceAssist {
         clearTimeout(this.timer);
         this.asked = null;
         this.list.hidden = this.note.hidden = true;
-        this.source.setAttribute("aria-expanded", "false");
         this.source.removeAttribute("aria-activedescendant");
     }
 
@@ -91,7 +90,6 @@ export class SourceAssist {
         }, element("b", {}, item.label), element("span", { class: "type" }, item.detail ?? ""))));
         const { line, character } = this.place();
         this.stand(this.list, { line, character: character - this.word().length });
-        this.source.setAttribute("aria-expanded", "true");
         this.choose(0);
     }
 

@@ -12,6 +12,7 @@ const kTip = 10;
 const kClick = 4;
 /** Of the first picture, which nobody has waited for a sharper one of. */
 const kFirstCoarse = 3;
+const kMostMs = 250;
 
 export class VolumeView {
     /** `model` has print(), palette(), which, at, picked and measure; `events` has pick, measure, hover, zoomed, moved, notice, fail. */
@@ -132,7 +133,7 @@ export class VolumeView {
         return Math.max(Math.min(...size.map((s, a) => s / cells[a])) * 0.6, Math.hypot(...size) / 900);
     }
 
-    draw(coarse = this.coarseness) {
+    draw(coarse = Math.max(this.coarseness, this.sharpest())) {
         if (this.canvas.hidden || !this.gl || this.step === 0 || !this.model.print() || this.asked) {
             if (this.asked) this.asked = coarse;
             return;
@@ -160,7 +161,11 @@ export class VolumeView {
         set("low", low); set("high", high); set("cell_mm", size.map((s, a) => s / this.model.print().volume.cells[a])); set("step_mm", [this.stepMm(size)]);
         set("half_mm", [look.width / 2 / look.scale, look.height / 2 / look.scale]);
         set("middle_mm", look.middle); set("pixels", [w, h]);
+        const begin = performance.now();
         gl.drawArrays(gl.TRIANGLES, 0, 3);
+        // Waits for the picture: where it is drawn without a graphics processor it may take seconds.
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+        this.msPerPixel = (performance.now() - begin) / (w * h);
         const { picked, measure } = this.model;
         this.scene.draw(look, {
             size, low, high, cuts: this.clip, picked: picked && this.fromMiddle(picked.mm),
@@ -186,7 +191,13 @@ export class VolumeView {
     drawSoon(coarse) {
         this.draw(coarse);
         clearTimeout(this.settle);
-        this.settle = setTimeout(() => this.draw(1), 180);
+        this.settle = setTimeout(() => this.draw(this.sharpest()), 180);
+    }
+
+    /** As sharp as a picture of a quarter of a second goes. */
+    sharpest() {
+        const pixels = this.canvas.clientWidth * this.canvas.clientHeight * (devicePixelRatio || 1) ** 2;
+        return Math.min(Math.max(1, Math.sqrt((this.msPerPixel ?? 0) * pixels / kMostMs)), 6);
     }
 
     turnBy(dx, dy) {
