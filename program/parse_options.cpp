@@ -75,8 +75,8 @@ void declare_output(CLI::App& app, Options& o, Raw& raw) {
                    "system's)")
         ->type_name("FILE");
     app.add_option("--preview", raw.previews,
-                   "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["
-                   ",cut=x|y|xy]")
+                   "FILE.png[,view=top|bottom|front|right|back|left|section|slice:N|"
+                   "model:TURN:TILT][,light=transmitted][,cut=x|y|xy]")
         ->allow_extra_args(false)
         ->type_name("PICTURE");
     app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));

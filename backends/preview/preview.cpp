@@ -171,12 +171,12 @@ class LitPreview : public ColumnPreview<SightColumns> {
 
   private:
     Result<void> start() override {
-        columns_.emplace(grid_, info_.bits, spec_.view == View::kFront);
+        columns_.emplace(grid_, info_.bits, spec_.view == View::kTop);
         return {};
     }
 
     Picture draw() const override {
-        const bool back = spec_.view == View::kBack;
+        const bool back = spec_.view == View::kBottom;
         Picture picture = resample(grid_.width, grid_.height, cell_mm(), [&](int32_t x, int32_t y) {
             return seen(columns_->at(column(x, back), row(y)), back);
         });
@@ -231,7 +231,7 @@ class TransmittedPreview : public ColumnPreview<ThicknessColumns> {
         }
         const double range = std::max(most - least, 1);
         return resample(grid_.width, grid_.height, cell_mm(), [&](int32_t x, int32_t y) {
-            const int32_t n = columns_->at(column(x, spec_.view == View::kBack), row(y));
+            const int32_t n = columns_->at(column(x, spec_.view == View::kBottom), row(y));
             Pixel pixel;
             if (n == 0) return pixel;
             const double t = (n - least) / range;
@@ -338,8 +338,8 @@ std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec, T
             return std::make_unique<ModelPreview>(spec, std::move(take));
         case View::kSlice:
             return std::make_unique<SlicePreview>(spec, std::move(take));
-        case View::kFront:
-        case View::kBack:
+        case View::kTop:
+        case View::kBottom:
             break;
     }
     return std::make_unique<LitPreview>(spec, std::move(take));

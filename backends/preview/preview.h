@@ -4,12 +4,13 @@
 
 // Preview pictures of a print, gathered while its slices pass.
 //
-//   front      from +z. A viewer sees a little way into resin, so a column's colour is the mean
+//   top        from +z. A viewer sees a little way into resin, so a column's colour is the mean
 //              over the outermost run of voxels, down to kSightEndMm, with weights that fall to
 //              half over kSightMm; then soft shading by the height field.
-//   back       same from -z, +x to the left, with stronger shading: relief.
+//   bottom     same from -z, +x to the left, with stronger shading: relief.
 //   section    cut along x at the middle row.
 //   slice:N    one slice.
+//   front, right, back, left  from that side and 5 degrees above it, as model:0:5, :90:5, …
 //   model:TURN:TILT  from above at an angle, with cut=x|y|xy opened: model_view.h
 //   light=transmitted  light from behind: with t the solid thickness of a column and t_min, t_max
 //              over all covered columns, T = max(0, 1 - ((t - t_min) / (t_max - t_min))^2).

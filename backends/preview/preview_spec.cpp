@@ -16,6 +16,9 @@ namespace openfab::preview {
 
 namespace {
 
+/// Of a view of the model, which is painted slice by slice.
+constexpr double kLeastTilt = 5;
+
 /// `model`, `model:TURN` or `model:TURN:TILT`, in degrees.
 Result<void> set_angles(std::string_view value, PreviewSpec* spec) {
     double* const angles[2]{&spec->turn_deg, &spec->tilt_deg};
@@ -27,7 +30,7 @@ Result<void> set_angles(std::string_view value, PreviewSpec* spec) {
         rest = rest.substr(static_cast<size_t>(end - rest.data()));
     }
     const bool usable =
-        std::abs(spec->turn_deg) <= 360 && spec->tilt_deg >= 5 && spec->tilt_deg <= 90;
+        std::abs(spec->turn_deg) <= 360 && spec->tilt_deg >= kLeastTilt && spec->tilt_deg <= 90;
     if (!rest.empty() || !usable) {
         return usage_error(fmt::format(messages::kNotAModelView, value));
     }
@@ -36,10 +39,20 @@ Result<void> set_angles(std::string_view value, PreviewSpec* spec) {
 
 Result<void> set_view(std::string_view value, PreviewSpec* spec) {
     constexpr std::string_view kSlice = "slice:";
-    if (value == "front") {
-        spec->view = View::kFront;
-    } else if (value == "back") {
-        spec->view = View::kBack;
+    // Whose sides `openfab view` and `import --side` call so. A view of the model is never level.
+    constexpr std::pair<std::string_view, double> kSides[] = {
+        {"front", 0}, {"right", 90}, {"back", 180}, {"left", 270}};
+    for (const auto& [side, turn_deg] : kSides) {
+        if (value != side) continue;
+        spec->view = View::kModel;
+        spec->turn_deg = turn_deg;
+        spec->tilt_deg = kLeastTilt;
+        return {};
+    }
+    if (value == "top") {
+        spec->view = View::kTop;
+    } else if (value == "bottom") {
+        spec->view = View::kBottom;
     } else if (value == "section") {
         spec->view = View::kSection;
     } else if (value.starts_with(kSlice)) {
@@ -96,7 +109,7 @@ Result<PreviewSpec> parse_settings(PreviewSpec spec,
     if (spec.cut != Cut::kNone && spec.view != View::kModel) {
         return usage_error(messages::kCutWithoutModel);
     }
-    if (spec.transmitted && spec.view != View::kFront && spec.view != View::kBack) {
+    if (spec.transmitted && spec.view != View::kTop && spec.view != View::kBottom) {
         return usage_error(messages::kLightWithoutSide);
     }
     return spec;

@@ -31,8 +31,8 @@ def preview(
     world : World or FileWorld
         What to draw, in its state at the call.
     *views : str
-        Views as in `--preview`: `front`, `back`, `section`, `slice:N` or `model:TURN:TILT` in degrees, optionally followed by
-        `,light=transmitted` or `,cut=x|y|xy`. Default: `model:30:30`.
+        Views as in `--preview`: `top`, `bottom`, `front`, `right`, `back`, `left`, `section`, `slice:N` or
+        `model:TURN:TILT` in degrees, optionally followed by `,light=transmitted` or `,cut=x|y|xy`. Default: `model:30:30`.
     uniforms : mapping of str to Any, optional
         Values to use instead, such as `{"ball.skin": 1.5}`.
     voxel : float, str or sequence of 3 floats, optional

@@ -231,8 +231,8 @@ def test_previews_are_the_tools_pictures(gallery: Path, tool: Tool, tmp_path: Pa
     image = pytest.importorskip("PIL.Image")
     world = gallery / "gyroid_block" / "gyroid.fab.json"
     front, model = tmp_path / "front.png", tmp_path / "model.png"
-    tool(world, "--draft", "8", "--preview", f"{front},view=front", "--preview", f"{model},view=model:40:20,cut=x")
-    mine = openfab.preview(openfab.load(world), "front", "model:40:20,cut=x", draft=8)
+    tool(world, "--draft", "8", "--preview", f"{front},view=top", "--preview", f"{model},view=model:40:20,cut=x")
+    mine = openfab.preview(openfab.load(world), "top", "model:40:20,cut=x", draft=8)
     for picture, file in zip(mine, (front, model)):
         np.testing.assert_array_equal(picture, np.asarray(image.open(file)))
 

@@ -178,9 +178,9 @@ TEST_F(RunCommand, WatchPrintsAgainAfterEachChange) {
         return false;
     };
     const auto start = std::chrono::steady_clock::now();
-    const Outcome outcome = run(
-        command(folder, {"--draft", "8", "--watch", "--preview", preview.string() + ",view=back"}),
-        options);
+    const Outcome outcome = run(command(folder, {"--draft", "8", "--watch", "--preview",
+                                                 preview.string() + ",view=bottom"}),
+                                options);
     const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - start;
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("grey"));

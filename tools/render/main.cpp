@@ -24,8 +24,8 @@ namespace openfab::render {
 namespace {
 
 constexpr const char* kFooter = R"(Examples:
-  openfab render card.ofr -o card.png --view front
-  openfab render card.ofr -o light.png --view front --light behind
+  openfab render card.ofr -o card.png --view top
+  openfab render card.ofr -o light.png --view top --light behind
   openfab render fish.fab.json -o fish.png --draft 2 --samples 256
 )";
 
@@ -82,9 +82,10 @@ void declare(CLI::App* app, RenderOptions* o, Texts* texts) {
         ->check(CLI::Range(1, 1'000'000));
     app->add_option("--time", texts->time, "end after this time, with fewer samples")
         ->type_name("TIME");
-    app->add_option("--view", o->scene.view,
-                    "front, from above; back, from below; model:TURN:TILT, at an angle (default: "
-                    "model:30:30)");
+    app->add_option(
+        "--view", o->scene.view,
+        "top, bottom, front, right, back, left, or model:TURN:TILT, at an angle (default: "
+        "model:30:30)");
     app->add_option("--zoom", o->scene.zoom, "enlarge the middle (default: 1)")
         ->check(CLI::Range(0.01, 1000.0));
     app->add_option("--light", o->scene.light,

@@ -50,13 +50,13 @@ Result<View> view_of(const std::string& text) {
     // The views of --preview, and its words where there is none.
     Result<preview::PreviewSpec> spec = preview::parse_preview("x.png,view=" + text);
     const bool usable =
-        spec && (spec->view == preview::View::kFront || spec->view == preview::View::kBack ||
+        spec && (spec->view == preview::View::kTop || spec->view == preview::View::kBottom ||
                  spec->view == preview::View::kModel);
     if (!usable || text.find(',') != std::string::npos) {
         return usage_error(fmt::format(messages::kNoView, text));
     }
-    if (spec->view == preview::View::kFront) return View{{0, 0, 1}, {0, 1, 0}, {0, 0, 1}};
-    if (spec->view == preview::View::kBack) return View{{0, 0, -1}, {0, 1, 0}, {0, 0, -1}};
+    if (spec->view == preview::View::kTop) return View{{0, 0, 1}, {0, 1, 0}, {0, 0, 1}};
+    if (spec->view == preview::View::kBottom) return View{{0, 0, -1}, {0, 1, 0}, {0, 0, -1}};
     const SinCos turn = sin_cos_degrees(spec->turn_deg);
     const SinCos tilt = sin_cos_degrees(spec->tilt_deg);
     // As backends/preview/model_view.h: 0 looks along +y, 90 along -x.

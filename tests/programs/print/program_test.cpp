@@ -138,7 +138,7 @@ TEST_F(PrintProgram, InfoTellsWhatAPrintIs) {
 
 TEST_F(PrintProgram, StatisticsPreviewsAndNothingElse) {
     const Outcome outcome = print({"--preview", path("p.png"), "--preview",
-                                   path("b.png") + ",view=back", "--stats", path("s.json")});
+                                   path("b.png") + ",view=bottom", "--stats", path("s.json")});
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_TRUE(fs::exists(path("p.png")));
     EXPECT_TRUE(fs::exists(path("b.png")));
@@ -308,6 +308,8 @@ TEST_F(PrintProgram, EstimateTellsMaterialsTimeAndOverlaps) {
                 HasSubstr("112 slices, 18 min 40 s on `j750`, which this machine keeps up with"));
     EXPECT_THAT(estimated.err,
                 testing::Says(pipeline::messages::kPartsOverlap, "thing", 0, "thing", 1));
+    const Outcome unknown = print({"--estimate", "--printer", "j850"}, {}, "two.fab.json");
+    EXPECT_THAT(unknown.err, testing::Says(program::messages::kPrinterTimeUnknown, "*", "j850"));
     const rapidjson::Document e = json("e.json");
     EXPECT_TRUE(e["keeps_up"].GetBool());
     EXPECT_GT(e["processor_seconds"].GetDouble(), 0);

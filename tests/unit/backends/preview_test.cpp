@@ -61,8 +61,8 @@ TEST_F(Preview, FrontSliceAndBackShowTheLetterAsAPersonSeesIt) {
     std::vector<std::string> mirrored = kLetter;
     for (std::string& row : mirrored)
         row = std::string(row.rbegin(), row.rend());
-    EXPECT_EQ(read_letter(draw(print, ",view=back"), 4), mirrored);
-    EXPECT_EQ(read_letter(draw(print, ",view=back,light=transmitted"), 4), mirrored);
+    EXPECT_EQ(read_letter(draw(print, ",view=bottom"), 4), mirrored);
+    EXPECT_EQ(read_letter(draw(print, ",view=bottom,light=transmitted"), 4), mirrored);
 }
 
 TEST_F(Preview, SectionHasXToTheRightAndZUp) {
@@ -94,8 +94,35 @@ TEST_F(Preview, ColorsAreTheOuterVoxels) {
     EXPECT_NEAR(front[0], 244, 1);
     EXPECT_NEAR(front[1], 242, 1);
     EXPECT_NEAR(front[2], 236, 1);
-    const auto back = draw(print, ",view=back").at(10, 14);
+    const auto back = draw(print, ",view=bottom").at(10, 14);
     EXPECT_LT(back[0], 25);
+}
+
+/// `front` is -y, as on the page of `openfab view` and of `openfab import --side`.
+TEST_F(Preview, EachSideShowsWhatFacesIt) {
+    SamplePrint print = make_letter_f(4, 20);
+    // White where y is low, black where it is high.
+    for (int32_t z = 0; z < 20; ++z) {
+        for (int32_t y = 0; y < 28; ++y) {
+            for (int32_t x = 0; x < 20; ++x)
+                print.at(x, y, z) = y < 14 ? 1 : 2;
+        }
+    }
+    const auto middle = [&](const char* view) {
+        const ReadPng png = draw(print, view);
+        return png.at(png.width / 2, png.height / 2)[0];
+    };
+    const int front = middle(",view=front"), back = middle(",view=back");
+    EXPECT_GT(std::abs(front - back), 100);
+    const ReadPng right = draw(print, ",view=right"), left = draw(print, ",view=left");
+    const auto at = [](const ReadPng& png, int32_t quarter) {
+        return png.at(png.width * quarter / 4, png.height / 2)[0];
+    };
+    // Seen from the right, y runs to the right; from the left, to the left.
+    EXPECT_NEAR(at(right, 1), front, 60);
+    EXPECT_NEAR(at(right, 3), back, 60);
+    EXPECT_NEAR(at(left, 1), back, 60);
+    EXPECT_NEAR(at(left, 3), front, 60);
 }
 
 TEST_F(Preview, PixelsAreSquare) {
@@ -197,7 +224,7 @@ TEST_F(Preview, AnOpaqueSkinIsDrawnAsItIs) {
 #endif
     for (const auto& [pitch_mm, skin] : skins) {
         for (const char* view :
-             {"", ",view=back", ",view=model:30:30", ",view=model:200:50", ",view=model:0:90"}) {
+             {"", ",view=bottom", ",view=model:30:30", ",view=model:200:50", ",view=model:0:90"}) {
             const ReadPng whole = draw(block_with_skin(pitch_mm, skin, true), view);
             const ReadPng hollow = draw(block_with_skin(pitch_mm, skin, false), view);
             ASSERT_EQ(whole.rgba.size(), hollow.rgba.size());
@@ -250,13 +277,22 @@ TEST(PreviewSpec, Settings) {
     const Result<preview::PreviewSpec> plain = preview::parse_preview("out/a,b.png");
     ASSERT_TRUE(plain);
     EXPECT_EQ(plain->file, "out/a,b.png");
-    EXPECT_EQ(plain->view, preview::View::kFront);
+    EXPECT_EQ(plain->view, preview::View::kTop);
     const Result<preview::PreviewSpec> full =
-        preview::parse_preview("c.png,light=transmitted,view=back");
+        preview::parse_preview("c.png,light=transmitted,view=bottom");
     ASSERT_TRUE(full);
     EXPECT_TRUE(full->transmitted);
-    EXPECT_EQ(full->view, preview::View::kBack);
-    for (const char* bad : {"a.jpg", ".png", "a.png,view=top", "a.png,light=red", "a.png,size=3",
+    EXPECT_EQ(full->view, preview::View::kBottom);
+    // Sides are seen from 5 degrees above, at which the model's view ends.
+    for (const auto& [side, turn_deg] : {std::pair("front", 0.0), std::pair("right", 90.0),
+                                         std::pair("back", 180.0), std::pair("left", 270.0)}) {
+        const auto one = preview::parse_preview(std::string("a.png,cut=x,view=") + side);
+        ASSERT_TRUE(one) << side;
+        EXPECT_EQ(one->view, preview::View::kModel);
+        EXPECT_EQ(one->turn_deg, turn_deg);
+        EXPECT_EQ(one->tilt_deg, 5);
+    }
+    for (const char* bad : {"a.jpg", ".png", "a.png,view=side", "a.png,light=red", "a.png,size=3",
                             "a.png,view=model:x", "a.png,view=model:0:2", "a.png,view=model:0:30:5",
                             "a.png,cut=x", "a.png,view=model,cut=z", "a.png,view=slice:x",
                             "a.png,view=slice:-1", "a.png,view=section,light=transmitted"}) {
@@ -273,8 +309,7 @@ TEST(PreviewSpec, AViewIsSettingsWithoutAFile) {
     EXPECT_EQ(model->view, preview::View::kModel);
     EXPECT_EQ(model->turn_deg, 40);
     EXPECT_EQ(model->cut, preview::Cut::kX);
-    for (const char* bad :
-         {"", "back", "view=", "view=front,", "view=front,cut=x", "a.png,view=front"})
+    for (const char* bad : {"", "back", "view=", "view=top,", "view=top,cut=x", "a.png,view=top"})
         EXPECT_FALSE(preview::parse_view(bad)) << bad;
 }
 

@@ -50,7 +50,7 @@ TEST(PrintOptions, Everything) {
                                            "--set",      "a.b=[1,2.5]",
                                            "--set",      "c.on=true",
                                            "--set",      "c.m=oak",
-                                           "--preview",  "p.png,view=back",
+                                           "--preview",  "p.png,view=bottom",
                                            "--preview",  "q.png",
                                            "--flip-x",   "--stats",
                                            "s.json",     "--progress",

@@ -28,7 +28,7 @@ Vec2<double> seen(const render::Camera& camera, const Vec3d& point) {
 
 TEST(Scene, HasAllOfThePrintInThePicture) {
     for (const char* view :
-         {"front", "back", "model", "model:0:5", "model:120:60", "model:-90:90"}) {
+         {"top", "bottom", "front", "model", "model:0:5", "model:120:60", "model:-90:90"}) {
         for (const double aspect : {0.5, 1.0, 2.0}) {
             SceneOptions options;
             options.view = view;
@@ -51,11 +51,11 @@ TEST(Scene, HasAllOfThePrintInThePicture) {
 TEST(Scene, TurnsViewsAsPreviewsDo) {
     SceneOptions options;
     const Vec3d center = kBox.center();
-    options.view = "front";
+    options.view = "top";
     Result<Scene> scene = make_scene(options, kBox);
     EXPECT_GT(seen(scene->camera, center + Vec3d{1, 0, 0}).x, 0);
     EXPECT_GT(seen(scene->camera, center + Vec3d{0, 1, 0}).y, 0);
-    options.view = "back";
+    options.view = "bottom";
     scene = make_scene(options, kBox);
     EXPECT_LT(seen(scene->camera, center + Vec3d{1, 0, 0}).x, 0);
     EXPECT_GT(seen(scene->camera, center + Vec3d{0, 1, 0}).y, 0);
@@ -79,7 +79,7 @@ TEST(Scene, PutsNothingBeforeALampBehind) {
 TEST(Scene, GivesAWhiteThingOne) {
     SceneOptions options;
     options.backdrop = "#ffffff";
-    options.view = "front";
+    options.view = "top";
     const Result<Scene> scene = make_scene(options, kBox);
     ASSERT_TRUE(scene);
     EXPECT_GT(scene->backdrop.seen[0], 0.6);
