@@ -8,10 +8,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "base/affine.h"
 #include "mesh/model/mesh_memory.h"
 #include "world/messages.h"
 #include "world/unit_reader.h"
@@ -151,10 +153,37 @@ int64_t MeshFilesReader::load(int64_t memory_bytes) {
         for (const fs::path& other : mesh->files)
             files_.also(*mesh_files_[i].value, other);
         for (std::string& warning : mesh->warnings)
-            world_.warnings.push_back(std::move(warning));
+            if (std::ranges::count(mesh->of_size, warning) == 0)
+                world_.warnings.push_back(std::move(warning));
+        if (!mesh->of_size.empty())
+            of_size_.emplace_back(mesh_files_[i].index, std::move(mesh->of_size));
         world_.meshes[mesh_files_[i].index] = std::move(mesh->mesh);
     }
     return kept;
+}
+
+void MeshFilesReader::warn_of_sizes() {
+    constexpr double kLeast_mm = 1, kMost_mm = 1000, kScaled = 1e-6;
+    for (auto& [mesh, warnings] : of_size_) {
+        Box3d box;
+        for (const Vec3d& p : world_.meshes[mesh].positions)
+            box.add(p);
+        const Vec3d size = box.size();
+        const double largest = std::max({size.x, size.y, size.z});
+        bool built = false, settled = true;
+        for (const Placement& placed : world_.build) {
+            if (world_.objects[static_cast<size_t>(placed.object)].mesh !=
+                static_cast<int32_t>(mesh))
+                continue;
+            built = true;
+            const double scale = std::cbrt(std::abs(determinant(placed.transform)));
+            settled = settled && std::abs(scale - 1) > kScaled && scale * largest >= kLeast_mm &&
+                      scale * largest <= kMost_mm;
+        }
+        if (built && settled) continue;
+        for (std::string& warning : warnings)
+            world_.warnings.push_back(std::move(warning));
+    }
 }
 
 }  // namespace openfab::world

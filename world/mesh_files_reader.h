@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/json.h"
@@ -29,6 +30,10 @@ class MeshFilesReader {
     /// Loads all files in parallel; warnings and errors keep the order of the world. Returns the bytes of
     /// their meshes.
     int64_t load(int64_t memory_bytes);
+
+    /// Adds the warnings of units and sizes, once it is known where the meshes are built: not those of a mesh that each
+    /// placement scales to a likely size.
+    void warn_of_sizes();
 
     /// Returns where the last of the files is named; null if there is none.
     const JsonValue* last() const {
@@ -54,6 +59,8 @@ class MeshFilesReader {
     WorldFiles& files_;
     World& world_;
     std::vector<MeshFile> mesh_files_;
+    /// A mesh, and what is to be said of its unit and size.
+    std::vector<std::pair<size_t, std::vector<std::string>>> of_size_;
 };
 
 }  // namespace openfab::world

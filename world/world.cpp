@@ -84,6 +84,7 @@ class WorldReader {
                       arrange != nullptr ? &arrange->value : nullptr);
         }
         if (!json_.ok()) return json_.error();
+        mesh_files_.warn_of_sizes();
         if (const size_t changed = equalise_stretches(&world_); changed > 0) {
             world_.warnings.push_back(
                 fmt::format(messages::kTransformsAlikeToSix, changed, world_.build.size()));

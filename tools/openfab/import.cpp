@@ -74,7 +74,9 @@ Result<Import> Importer::run() {
         out_.notes.push_back(
             fmt::format(messages::kBodiesShareMaterial, file_, loaded_.bodies.size()));
     }
-    add_notes(loaded_, file_, {options_.y_up, options_.largest_mm.has_value()}, &out_.notes);
+    add_notes(loaded_, file_,
+              {options_.y_up, options_.largest_mm ? std::optional(scale_) : std::nullopt},
+              &out_.notes);
     return std::move(out_);
 }
 

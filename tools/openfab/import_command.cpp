@@ -220,13 +220,15 @@ Result<mesh::LoadedBodies> load_fields_too(const fs::path& mesh, const mesh::Mes
     return loaded;
 }
 
-void tell(const fs::path& mesh, const mesh::LoadedBodies& loaded) {
-    for (const std::string& warning : loaded.warnings)
-        warn(warning);
-    for (const mesh::LoadedMesh& body : loaded.bodies) {
-        for (const std::string& warning : body.warnings)
-            warn(warning);
-    }
+/// `has_size`: what there is to say of the unit and the size is settled.
+void tell(const fs::path& mesh, const mesh::LoadedBodies& loaded, bool has_size) {
+    const auto tell_all = [&](const auto& of) {
+        for (const std::string& warning : of.warnings)
+            if (!has_size || std::ranges::count(of.of_size, warning) == 0) warn(warning);
+    };
+    tell_all(loaded);
+    for (const mesh::LoadedMesh& body : loaded.bodies)
+        tell_all(body);
     for (const mesh::LeftOut& left : loaded.left_out)
         note(fmt::format("{}: {}", mesh.filename().string(), mesh::describe(left)));
 }
@@ -269,7 +271,7 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
         left -= mesh::mesh_bytes(mesh::counts_of(body.mesh));
     arguments.import.memory_bytes = left;
     // Before steps that may fail because of something that was left out.
-    tell(mesh, *loaded);
+    tell(mesh, *loaded, arguments.import.largest_mm.has_value());
     const Result<Pictures> pictures =
         read_pictures_of(mesh, *loaded, arguments.import.fields, left);
     if (!pictures) return pictures.error();

@@ -35,8 +35,8 @@ class Notes {
 
     void add(const Known& known) {
         if (!known.y_up && !mesh::format_says_up(file_)) say_y_up();
-        if (!known.size) say_unit();
-        say_far();
+        if (!known.scale) say_unit();
+        say_far(known.scale.value_or(1));
         say_overlaps();
         say_cuts();
     }
@@ -57,11 +57,12 @@ class Notes {
         notes_.push_back(fmt::format(messages::kNoUnit, file_, size.x, size.y, size.z));
     }
 
-    void say_far() {
+    /// A fablet sees part space, which is scaled.
+    void say_far(double scale) {
         if (box_.empty()) return;  // it has no meshes
         const double far =
-            std::max({std::abs(box_.lo.x), std::abs(box_.lo.y), std::abs(box_.lo.z),
-                      std::abs(box_.hi.x), std::abs(box_.hi.y), std::abs(box_.hi.z)});
+            scale * std::max({std::abs(box_.lo.x), std::abs(box_.lo.y), std::abs(box_.lo.z),
+                              std::abs(box_.hi.x), std::abs(box_.hi.y), std::abs(box_.hi.z)});
         constexpr double kSteps = 8'388'608;  // of single precision
         constexpr double kCoarse = 0.0005;
         if (far / kSteps < kCoarse) return;

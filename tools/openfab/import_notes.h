@@ -4,6 +4,7 @@
 
 // What an import tells of a file whose world is made.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace openfab::tools {
 
 /// What the command line says already.
 struct Known {
-    bool y_up = false, size = false;
+    bool y_up = false;
+    std::optional<double> scale;  ///< of a size that was asked for
 };
 
 /// Adds notes of what was assumed of the file, and of what its bodies do to each other.

@@ -196,8 +196,9 @@ void count_without_area(MeshSource* source) {
                                            source->checks.without_area == 1 ? "" : "s"));
 }
 
-Result<void> check_size(const Mesh& mesh, const MeshOrigin& origin,
-                        std::vector<std::string>* warnings) {
+Result<void> check_size(MeshSource* source) {
+    const Mesh& mesh = source->mesh;
+    const MeshOrigin& origin = source->origin;
     Box3d box;
     for (const Vec3d& p : mesh.positions)
         box.add(p);
@@ -210,8 +211,9 @@ Result<void> check_size(const Mesh& mesh, const MeshOrigin& origin,
                         messages::kMeshTooLargeHelp);
     }
     if (largest < 1 || largest > 1000) {
-        warnings->push_back(fmt::format(messages::kMeshSizeUnlikely, origin.str(0), mesh.name,
-                                        size.x, size.y, size.z));
+        source->warnings.push_back(fmt::format(messages::kMeshSizeUnlikely, origin.str(0),
+                                               mesh.name, size.x, size.y, size.z));
+        source->of_size.push_back(source->warnings.back());
     }
     return Ok{};
 }
@@ -343,7 +345,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
         edges = sorted_edges(*mesh);
     }
     if (dropped || repair) renumber(mesh, {});
-    if (Result<void> size = check_size(*mesh, origin, &source->warnings); !size) return size;
+    if (Result<void> size = check_size(source); !size) return size;
     count_without_area(source);
     if (Result<void> oriented = orient_shells(source, edges); !oriented) return oriented;
     edges = {};

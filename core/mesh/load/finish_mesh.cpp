@@ -60,6 +60,7 @@ Unit unit_of(MeshSource* source, const MeshOptions& options) {
     if (!(largest > 0 && largest < 1)) return {1, messages::kUnitAssumed};
     source->warnings.push_back(fmt::format(messages::kUnitGuessed, source->origin.file,
                                            options.name, size.x, size.y, size.z));
+    source->of_size.push_back(source->warnings.back());
     return {1000, messages::kUnitFromSize};
 }
 
@@ -95,6 +96,7 @@ Result<LoadedMesh> finish_mesh(MeshSource source, const std::vector<Look>& looks
     }
     if (tolerant || source.mesh.triangles.size() <= kMaxChecked) look_for_intersections(&source);
     std::move(source.warnings.begin(), source.warnings.end(), std::back_inserter(out.warnings));
+    out.of_size = std::move(source.of_size);
     out.checks = source.checks;
     out.mesh = std::move(source.mesh);
     return out;

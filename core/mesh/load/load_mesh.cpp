@@ -214,6 +214,7 @@ std::vector<Result<LoadedMesh>> finish_some(ReadFile file, std::span<const MeshO
     if (own[0]) {
         own[0]->files = std::move(file.source.files);
         own[0]->warnings = std::move(file.source.warnings);
+        own[0]->of_size = std::move(file.source.of_size);
     }
     file.source = {};
     tbb::parallel_for(size_t{0}, own.size(), [&](size_t i) {
@@ -294,6 +295,7 @@ Result<LoadedBodies> all_bodies(ReadFile file, const MeshOptions& options, bool 
     LoadedBodies out;
     out.left_out = std::move(file.source.left_out);
     out.warnings = std::move(file.source.warnings);
+    out.of_size = std::move(file.source.of_size);
     out.files = std::move(file.source.files);
     out.looks = std::move(file.source.looks);
     out.unit_mm = file.unit.mm;

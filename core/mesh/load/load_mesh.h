@@ -51,6 +51,7 @@ struct LoadedMesh {
     int32_t assembly = 0;
     int32_t depth = 0;  ///< how many bodies of the file it lies in; of load_bodies only
     std::vector<std::string> warnings;
+    std::vector<std::string> of_size;  ///< those of the unit and the size, which a scale may settle
     double unit_mm = 1;
     std::string unit_note;  ///< where the unit comes from: "given", "as the file says", "guessed …"
     std::vector<std::pair<std::string, int32_t>> groups;  ///< name and number, as in the attribute
@@ -76,6 +77,7 @@ struct LoadedBodies {
     Vec3d origin_mm;  ///< as in the options, or found
     std::vector<LeftOut> left_out;
     std::vector<std::string> warnings;  ///< of the file; those of a body are with it
+    std::vector<std::string> of_size;   ///< as of a mesh
     std::vector<std::filesystem::path> files;
 };
 

@@ -73,6 +73,7 @@ struct MeshSource {
                                           ///< empty: one part
     std::vector<std::filesystem::path> files;  ///< read besides the mesh file
     std::vector<std::string> warnings;
+    std::vector<std::string> of_size;  ///< those of the unit and the size, which a scale may settle
     std::vector<Look> looks;
     std::vector<Body> bodies;  ///< empty: one, without a name
     std::vector<LeftOut> left_out;

@@ -10,6 +10,7 @@
 #include <map>
 #include <string>
 
+#include "mesh/model/messages.h"
 #include "mesh/read/messages.h"
 #include "tests/support/meshes/zip_archive.h"
 #include "tests/support/places/places.h"
@@ -280,6 +281,30 @@ TEST_F(ImportBodies, WhatLiesFarOutIsToldAndRecentred) {
     import("far.obj", "near", {"--recentre"});
     EXPECT_THAT(world("near", "far"), HasSubstr("\"origin_mm\": [50005, -69995, 12]"));
     EXPECT_THAT(openfab({"info", path("near/far.fab.json")}).out, HasSubstr("from -4.75 -5 0"));
+}
+
+TEST_F(ImportBodies, ASizeSettlesTheUnit) {
+    const auto is_told = [](const std::string& text) {
+        return testing::says(text, mesh::messages::kMeshSizeUnlikely) ||
+               testing::says(text, mesh::messages::kUnitGuessed) ||
+               testing::says(text, tools::messages::kFarFromOrigin);
+    };
+    // Twenty metres, and five hundredths of an unknown unit.
+    scratch_.write("house.obj", "# Units: m\n" + obj_box({0, 0, 0, 20}, 0));
+    scratch_.write("coin.obj", obj_box({0, 0, 0, 0.05}, 0));
+    for (const std::string name : {"house", "coin"}) {
+        EXPECT_TRUE(is_told(import(name + ".obj", name))) << name;
+        EXPECT_FALSE(is_told(import(name + ".obj", name + "_60", {"--size", "60mm"}))) << name;
+        const auto dry = [&](const std::string& folder) {
+            return openfab({"print", path(folder + "/" + name + ".fab.json"), "--dry-run"}).err;
+        };
+        // The unit that was guessed is in the world.
+        EXPECT_EQ(is_told(dry(name)), name == "house") << name;
+        EXPECT_FALSE(is_told(dry(name + "_60"))) << name;
+    }
+    // A scale to what nobody prints settles nothing.
+    import("house.obj", "large", {"--size", "1500mm"});
+    EXPECT_TRUE(is_told(openfab({"print", path("large/house.fab.json"), "--dry-run"}).err));
 }
 
 /// What an import takes, a list shows.
