@@ -154,6 +154,9 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
     out.slices = info.slice_end - info.slice_begin;
     out.printer_pitch_mm = printer.pitch_mm;
     out.print_seconds = print_seconds(printer, info, out.slices);
+    for (const auto& [figure, why] : printer.unknown) {
+        if (figure == "layer_time_s") out.no_print_seconds = why;
+    }
     out.warnings = input.warnings;
     out.warnings.insert(out.warnings.end(), print->warnings().begin(), print->warnings().end());
     if (!options.estimate) return out;
@@ -184,6 +187,9 @@ void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
     if (e.print_seconds > 0) {
         say(fmt::format(messages::kEstimateSlices, e.slices, format_seconds(e.print_seconds),
                         printable(info.printer), describe_pace(e)));
+    } else if (!e.no_print_seconds.empty()) {
+        say(fmt::format(messages::kPrinterTimeUnknown, e.slices, printable(info.printer),
+                        printable(e.no_print_seconds)));
     }
     if (e.time.places > 0 && e.sample.voxels_by_code.empty()) say(messages::kMaterialsNotKnown);
     for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
@@ -196,6 +202,8 @@ void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
     if (e.cost) say(describe_cost(*e.cost));
     for (const std::string& warning : e.sample.late_warnings)
         warn(warning);
+    for (const std::string& note : e.sample.notes)
+        openfab::note(note);
 }
 
 std::string estimate_json(const Estimate& e, const pipeline::PrintInfo& info) {
@@ -233,6 +241,9 @@ std::string estimate_json(const Estimate& e, const pipeline::PrintInfo& info) {
     w.key("warnings").begin_array();
     for (const std::string& warning : e.warnings)
         w.value(warning);
+    w.end_array().key("notes").begin_array();
+    for (const std::string& note : e.sample.notes)
+        w.value(note);
     w.end_array().end_object();
     return w.take() + "\n";
 }

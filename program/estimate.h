@@ -26,6 +26,8 @@ struct Estimate {
     int32_t slices = 0;
     Vec3d printer_pitch_mm;    ///< 0: not known
     double print_seconds = 0;  ///< on the printer; 0 where its layer time is not known
+    std::string
+        no_print_seconds;  ///< why its profile has no time of a layer; empty: it does not say
     std::optional<pipeline::PrintCost> cost;  ///< where the printer's profile has prices
     /// Statistics of a coarse print; each material is within a few per cent where its parts are
     /// thicker than a few of its voxels. Empty for a dry run, and where even the coarsest took too

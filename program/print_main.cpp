@@ -140,6 +140,9 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
     if (!done) return statistics.slices > 0 ? add_resume_hint(done.error(), options, format) : done;
     for (const std::string& warning : statistics.late_warnings)
         progress.warn(warning);
+    // Of a print of nothing there is a warning.
+    for (const std::string& note : statistics.notes)
+        if (statistics.voxels_solid > 0) progress.note(note);
     if (const std::string lost = lost_mixtures(statistics, options.dither, format, printer);
         !lost.empty())
         progress.note(lost);

@@ -139,6 +139,10 @@ std::string statistics_json(const pipeline::PrintStatistics& s, const pipeline::
     for (const std::string& warning : s.warnings)
         w->value(warning);
     w->end_array();
+    w->key("notes").begin_array();
+    for (const std::string& note : s.notes)
+        w->value(note);
+    w->end_array();
     w->end_object();
     return json.take() + "\n";
 }

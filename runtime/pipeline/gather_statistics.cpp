@@ -39,7 +39,8 @@ void gather_statistics(const PrintSetup& setup, const SlabLoop& loop,
     s->sink_bytes = committer.bytes();
     s->warnings = setup.input.warnings;
     s->warnings.insert(s->warnings.end(), setup.warnings.begin(), setup.warnings.end());
-    volume::EvaluationCounts sum;
+    volume::EvaluationCounts sum(0);
+    std::vector<volume::PartVoxels> voxels(setup.input.parts.size());
     double seconds_nearest = 0;
     for (const auto& e : loop.evaluators().all()) {
         const nearest::QueryCounts queries = e->query_counts();
@@ -48,7 +49,13 @@ void gather_statistics(const PrintSetup& setup, const SlabLoop& loop,
         s->blocks_total += e->counts.total;
         s->blocks_filled += e->counts.filled;
         s->blocks_evaluated += e->counts.evaluated;
-        s->weights_not_usable += e->counts.unusable;
+        for (size_t i = 0; i < voxels.size(); ++i) {
+            const volume::PartVoxels& of = e->counts.by_part[i];
+            voxels[i].own += of.own;
+            voxels[i].empty += of.empty;
+            voxels[i].unusable += of.unusable;
+            s->weights_not_usable += of.unusable;
+        }
         s->columns_evaluated += e->counts.columns;
         s->nearest_bytes += e->counts.nearest_bytes;
         s->slab_bytes += e->counts.slab_bytes;
@@ -102,6 +109,7 @@ void gather_statistics(const PrintSetup& setup, const SlabLoop& loop,
         for (std::string& line : surface::displacement_warnings(setup.input.parts[i], counts))
             s->late_warnings.push_back(std::move(line));
     }
+    s->notes = empty_part_notes(setup.input.parts, voxels);
     s->warnings.insert(s->warnings.end(), s->late_warnings.begin(), s->late_warnings.end());
     s->peak_rss_bytes = peak_resident_bytes();
     s->seconds_first_slice = committer.first_slice();

@@ -121,4 +121,42 @@ std::vector<std::string> lost_part_warnings(std::span<const part::Part> parts,
     return warnings;
 }
 
+std::vector<std::string> empty_part_notes(std::span<const part::Part> parts,
+                                          const std::vector<volume::PartVoxels>& voxels) {
+    constexpr double kMuch = 0.01;
+    // By object: its instances share its fablet, if not its uniforms.
+    std::map<std::string, volume::PartVoxels> sums;
+    std::vector<const std::string*> names;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        if (std::ranges::count(parts[i].slot_material, 0) > 0) continue;
+        const auto [at, fresh] = sums.try_emplace(parts[i].name);
+        if (fresh) names.push_back(&at->first);
+        at->second.own += voxels[i].own;
+        at->second.empty += voxels[i].empty;
+        at->second.unusable += voxels[i].unusable;
+    }
+    const auto share = [&](const volume::PartVoxels& sum) {
+        return static_cast<double>(sum.empty) / static_cast<double>(std::max<int64_t>(sum.own, 1));
+    };
+    const auto list = [&](bool negative) {
+        std::string text;
+        size_t count = 0;
+        for (const std::string* name : names) {
+            const volume::PartVoxels& sum = sums[*name];
+            if (share(sum) <= kMuch || (sum.unusable > 0) != negative || ++count > kMostSizes)
+                continue;
+            text +=
+                fmt::format(messages::kEmptyShare, count == 1 ? "" : ", ", 100 * share(sum), *name);
+        }
+        if (count > kMostSizes) text += fmt::format(messages::kMoreEmpty, count - kMostSizes);
+        return text;
+    };
+    std::vector<std::string> notes;
+    if (const std::string zero = list(false); !zero.empty())
+        notes.push_back(fmt::format(messages::kPartsEmpty, zero));
+    if (const std::string negative = list(true); !negative.empty())
+        notes.push_back(fmt::format(messages::kPartsEmptyNegative, negative));
+    return notes;
+}
+
 }  // namespace openfab::pipeline

@@ -12,6 +12,7 @@
 #include "base/vec.h"
 #include "runtime/part/part.h"
 #include "runtime/solid/solid.h"
+#include "runtime/volume/evaluate.h"
 
 namespace openfab::pipeline {
 
@@ -33,5 +34,10 @@ std::vector<std::string> thin_part_warnings(
 /// whether it has any. Empty pieces are told where they are cut.
 std::vector<std::string> lost_part_warnings(std::span<const part::Part> parts,
                                             const std::vector<bool>& covered);
+
+/// Returns a note of the objects of which more than a hundredth gets no material, and one of those with negative amounts;
+/// each names at most 4. Objects that are bound to void are left out: it is what they ask for. `voxels` are by part.
+std::vector<std::string> empty_part_notes(std::span<const part::Part> parts,
+                                          const std::vector<volume::PartVoxels>& voxels);
 
 }  // namespace openfab::pipeline

@@ -72,6 +72,8 @@ struct PrintStatistics {
     std::vector<std::string> warnings;  ///< those of the input, and `late_warnings`
     /// What only printing shows: parts of equal priority that overlap, displacements that were changed.
     std::vector<std::string> late_warnings;
+    /// What may well be meant: places of parts that get no material.
+    std::vector<std::string> notes;
 };
 
 /// Returns the fraction of voxels_total that this print has made itself, by slices.

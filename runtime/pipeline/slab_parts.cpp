@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <map>
 #include <utility>
@@ -182,6 +183,7 @@ abi::KernelStatus SlabParts::evaluate_part(const ActivePart& active, uint8_t sli
     dither::RowBand* const mixtures = setup_.separate_mixtures ? &scratch->mixtures : nullptr;
     std::vector<volume::OwnedBlock>& pending = scratch->pending;
     segments::PrintfLog* log = &scratch->log;
+    volume::PartVoxels& voxels = evaluator->counts.by_part[static_cast<size_t>(active.part->index)];
     pending.clear();
     if (scratch->many) scratch->claims.begin_part(*active.part->part, active.part->index);
     const voxel::SlabMask& mask = active.mask;
@@ -205,6 +207,13 @@ abi::KernelStatus SlabParts::evaluate_part(const ActivePart& active, uint8_t sli
             scratch->claims.end_block(b, {8 * b, 8 * band.row, 8 * slab_}, &scratch->overlaps);
         if (any != 0 && !active.filled.empty()) any = fill_connectors(active, scratch, &block);
         if (any == 0) continue;
+        int64_t own = 0;
+        for (size_t y = 0; y < 64; y += 8) {
+            uint64_t columns;
+            std::memcpy(&columns, &block.owned[y], 8);
+            own += std::popcount(columns);
+        }
+        voxels.own += own;
         if (setup_.solid_code != 0) {
             for (dither::RowBand* to : {&band, mixtures})
                 if (to != nullptr) to->fill(b, block.owned.data(), setup_.solid_code);
@@ -212,6 +221,7 @@ abi::KernelStatus SlabParts::evaluate_part(const ActivePart& active, uint8_t sli
         }
         if (constant_index >= 0) {
             const volume::PartCull::Constant& constant = active.cull.constant(constant_index);
+            if (constant.code == 0) voxels.empty += own;
             for (dither::RowBand* to : {&band, mixtures}) {
                 if (to == nullptr || constant.code == 0) continue;
                 if (constant.code == OPENFAB_CODE_MIXED) {

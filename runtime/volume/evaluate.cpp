@@ -37,7 +37,7 @@ void place_fractions(const abi::Channels& channels, const uint16_t* from, uint16
 }
 
 BlockEvaluator::BlockEvaluator(openfab_isa isa, size_t parts)
-    : isa_(isa), nearest_(parts), segments_(parts) {
+    : counts(parts), isa_(isa), nearest_(parts), segments_(parts) {
     codes_.resize(kBatchValues);
     unusable_.resize(kBatchValues);
 }
@@ -263,7 +263,32 @@ void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int
     }
 }
 
-void BlockEvaluator::count_unusable(int32_t n) {
+int64_t BlockEvaluator::count_empty(const PlacedPart& part, int32_t n) const {
+    int64_t empty = 0;
+    for (size_t block = 0; block < static_cast<size_t>(n); ++block) {
+        for (size_t i = first_column_[block]; i < first_column_[block + 1]; ++i) {
+            uint64_t codes;
+            std::memcpy(&codes, &codes_[8 * i], 8);
+            constexpr uint64_t kLow = 0x0101010101010101u;
+            if (((codes - kLow) & ~codes & 0x80 * kLow) == 0) continue;  // no byte is 0
+            const auto at = static_cast<size_t>(columns_[i]);
+            uint8_t left = owned_[at];
+            if (culls_) left &= static_cast<uint8_t>(~culled_[block].known[at % 64]);
+            for (uint32_t z = 0; z < 8; ++z)
+                empty += codes_[8 * i + z] == 0 ? left >> z & 1 : 0;
+        }
+        for (uint32_t left = culls_ ? culled_[block].pieces : 0; left != 0; left &= left - 1) {
+            const auto p = static_cast<size_t>(std::countr_zero(left));
+            if (culled_[block].code[p] != 0) continue;
+            for_each_column(part.engine().pieces(), p, [&](size_t column, uint8_t bits) {
+                empty += std::popcount(static_cast<uint8_t>(bits & owned_[64 * block + column]));
+            });
+        }
+    }
+    return empty;
+}
+
+void BlockEvaluator::count_unusable(int32_t n, PartVoxels* voxels) const {
     for (size_t i = 0; i < first_column_[static_cast<size_t>(n)]; ++i) {
         std::array<uint16_t, 8> unusable;
         std::memcpy(unusable.data(), &unusable_[8 * i], sizeof(unusable));
@@ -272,7 +297,7 @@ void BlockEvaluator::count_unusable(int32_t n) {
         const auto at = static_cast<size_t>(columns_[i]);
         const int known = culls_ ? culled_[at / 64].known[at % 64] : 0;
         for (size_t z = 0; z < 8; ++z)
-            counts.unusable += unusable[z] * ((owned_[at] & ~known) >> z & 1);
+            voxels->unusable += unusable[z] * ((owned_[at] & ~known) >> z & 1);
     }
 }
 
@@ -327,7 +352,9 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
         }
         merge(part, blocks, n, codes_.data(), number, mixtures);
     }
-    count_unusable(n);
+    PartVoxels& voxels = counts.by_part[static_cast<size_t>(part.index)];
+    count_unusable(n, &voxels);
+    voxels.empty += count_empty(part, n);
     counts.evaluated += n;
     count_columns(part);
     for (size_t i = 0; i < static_cast<size_t>(n) && culls_; ++i)

@@ -31,12 +31,21 @@ struct OwnedBlock {
     const nearest::NearestCase* attributes = nullptr;                ///< PartCull::attributes
 };
 
+/// Voxels of one part, where they were evaluated or filled.
+struct PartVoxels {
+    int64_t own = 0;       ///< that it covers, and no part of a higher priority
+    int64_t empty = 0;     ///< of them: no material has an amount above 0 there
+    int64_t unusable = 0;  ///< amounts that are negative or NaN
+};
+
 /// Counters of one thread; added up at the end.
 struct EvaluationCounts {
+    explicit EvaluationCounts(size_t parts) : by_part(parts) {}
+
+    std::vector<PartVoxels> by_part;  ///< by PlacedPart::index
     int64_t evaluated = 0, filled = 0, total = 0;
     int64_t known_blocks = 0;  ///< evaluated blocks of which culling knew everything
-    int64_t unusable = 0;
-    int64_t columns = 0;  ///< listed for the slab kernel
+    int64_t columns = 0;       ///< listed for the slab kernel
     /// Of the arrays that nearest and the slab kernel filled.
     int64_t nearest_bytes = 0, slab_bytes = 0;
     double seconds_slab = 0;  ///< nearest queries included
@@ -100,7 +109,9 @@ class BlockEvaluator {
     /// `codes` of the listed columns, whose fractions begin at the band's number `fractions`.
     void merge(const PlacedPart& part, const OwnedBlock* blocks, int32_t n, const uint8_t* codes,
                int32_t fractions, dither::RowBand* band) const;
-    void count_unusable(int32_t n);
+    void count_unusable(int32_t n, PartVoxels* voxels) const;
+    /// Counts the owned voxels of which the kernel, or culling, knows that they are empty.
+    int64_t count_empty(const PlacedPart& part, int32_t n) const;
 
     openfab_isa isa_;
     KernelArguments arguments_;

@@ -11,7 +11,9 @@
 #include <filesystem>
 
 #include "base/messages.h"
+#include "program/messages.h"
 #include "runtime/part/messages.h"
+#include "runtime/pipeline/messages.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/says/says.h"
 #include "tools/openfab/messages.h"
@@ -373,6 +375,66 @@ TEST_F(OpenfabPrint, NeighboursOfAFabletNeitherHoldUpNorLeadAway) {
     // A project may use all of its folders.
     scratch_.write("openfab.project", "");
     EXPECT_EQ(print({path("w/world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
+}
+
+TEST_F(OpenfabPrint, PlacesWithoutMaterialAreToldOfTheirObject) {
+    // Of a block from x = -2 to 2 mm, in voxels of 0.1 mm, the share below `at`.
+    scratch_.write("plain.fl", R"(fablet Plain {
+    @uniform { Material body, hole; float at = -9, least = 0; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(body, attr.voxelCenter.x < at ? least : 1);
+        mc.Set(hole, 0);
+        return mc;
+    }
+})");
+    const auto world = [&](const std::string& hole) {
+        std::string text = kWorld;
+        text.replace(text.find(R"("body": "resin")"), std::string(R"("body": "resin")").size(),
+                     R"("body": "resin", "hole": ")" + hole + '"');
+        scratch_.write("world.fab.json", text);
+    };
+    const auto said = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), path("world.fab.json"));
+        words.insert(words.end(), {"--stats", path("s.json")});
+        const Outcome done = print(words);
+        EXPECT_EQ(done.exit_code, 0) << done.err;
+        return done.err + read_file(path("s.json"));
+    };
+    const auto says_nothing =
+        Not(::testing::AnyOf(testing::Says(pipeline::messages::kPartsEmpty),
+                             testing::Says(pipeline::messages::kPartsEmptyNegative)));
+    world("resin");
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{"-o", path("a.ofr")},
+          {"-o", path("a.ofr"), "--no-cull"},
+          {"-o", path("a.ofr"), "--threads", "1", "--slices", "8:16"},
+          {"--estimate"}}) {
+        const auto half = [&](const char* least) {
+            std::vector<std::string> words = more;
+            words.insert(words.end(), {"--set", "thing.at=0", "--set", least});
+            return said(words);
+        };
+        EXPECT_THAT(half("thing.least=0"),
+                    testing::Says(pipeline::messages::kPartsEmpty, "50 % of `thing`"));
+        EXPECT_THAT(half("thing.least=-1"),
+                    testing::Says(pipeline::messages::kPartsEmptyNegative, "50 % of `thing`"));
+    }
+    const std::vector<std::string> to{"-o", path("a.ofr"), "--set"};
+    const auto at = [&](const std::string& place) {
+        std::vector<std::string> words = to;
+        words.push_back("thing.at=" + place);
+        return said(words);
+    };
+    EXPECT_THAT(at("-1.9"), testing::Says(pipeline::messages::kPartsEmpty, "2.5 % of `thing`"));
+    EXPECT_THAT(at("-1.99"), says_nothing);
+    // A print of nothing has its warning, which is enough.
+    const std::string nothing = at("9");
+    EXPECT_THAT(nothing.substr(0, nothing.find('{')), says_nothing);
+    EXPECT_THAT(nothing, testing::Says(program::messages::kNothingPrinted));
+    // Who binds void asks for it.
+    world("VOID");
+    EXPECT_THAT(at("0"), says_nothing);
 }
 
 }  // namespace
