@@ -108,8 +108,8 @@ Result<void> GcvfSink::begin(const pipeline::PrintInfo& info) {
         return user_error(messages::kSameKeys);
     }
     if (info.slice_end - info.slice_begin > kMostSlices) {
-        return user_error(
-            fmt::format(messages::kTooManySlices, info.slice_end - info.slice_begin, kMostSlices));
+        return user_error(fmt::format(messages::kTooManySlices, info.slice_end - info.slice_begin,
+                                      kMostSlices, kMostSlices));
     }
     Result<std::unique_ptr<backends::PartFile>> file = backends::PartFile::create(path_);
     if (!file) return file.error();

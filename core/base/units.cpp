@@ -19,7 +19,7 @@ using Unit = std::pair<std::string_view, double>;
 
 template <size_t N>
 Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& units,
-                              const char* what, const char* example) {
+                              const char* what, const char* example, std::string_view usual_unit) {
     double number = 0;
     const char* begin = text.data();
     const char* end = begin + text.size();
@@ -33,8 +33,15 @@ Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& 
     for (const Unit& candidate : units) {
         if (candidate.first == unit) return number * candidate.second;
     }
-    if (unit.empty()) return usage_error(fmt::format(messages::kNoUnit, text, example));
-    return usage_error(fmt::format(messages::kWrongUnit, text, unit, example));
+    const std::string_view digits = text.substr(0, static_cast<size_t>(rest - begin));
+    const std::string usual = std::string(digits) + std::string(usual_unit);
+    if (unit.empty()) return usage_error(fmt::format(messages::kNoUnit, digits, usual));
+    std::string others;
+    for (const Unit& candidate : units) {
+        if (candidate.first != usual_unit)
+            others += (others.empty() ? "" : ", ") + std::string(candidate.first);
+    }
+    return usage_error(fmt::format(messages::kWrongUnit, text, unit, usual, others));
 }
 
 }  // namespace
@@ -42,7 +49,7 @@ Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& 
 Result<double> parse_length_mm(std::string_view text) {
     static constexpr std::array<Unit, 5> kUnits{
         {{"mm", 1.0}, {"um", 1e-3}, {"cm", 10.0}, {"m", 1000.0}, {"in", 25.4}}};
-    return parse_quantity(text, kUnits, messages::kALength, "0.1mm");
+    return parse_quantity(text, kUnits, messages::kALength, "0.1mm", "mm");
 }
 
 Result<int64_t> parse_bytes(std::string_view text) {
@@ -53,7 +60,7 @@ Result<int64_t> parse_bytes(std::string_view text) {
                                                  {"KiB", 1024.0},
                                                  {"MiB", 1048576.0},
                                                  {"GiB", 1073741824.0}}};
-    Result<double> bytes = parse_quantity(text, kUnits, messages::kASize, "1.5GB");
+    Result<double> bytes = parse_quantity(text, kUnits, messages::kASize, "1.5GB", "MB");
     if (!bytes) return bytes.error();
     if (*bytes < 0 || *bytes > 1e15)
         return usage_error(fmt::format(messages::kNotAMemorySize, text));
@@ -63,7 +70,7 @@ Result<int64_t> parse_bytes(std::string_view text) {
 Result<double> parse_duration(std::string_view text) {
     static constexpr std::array<Unit, 5> kUnits{
         {{"s", 1.0}, {"ms", 1e-3}, {"min", 60.0}, {"m", 60.0}, {"h", 3600.0}}};
-    return parse_quantity(text, kUnits, messages::kATime, "10s");
+    return parse_quantity(text, kUnits, messages::kATime, "10s", "s");
 }
 
 std::string format_bytes(int64_t bytes) {

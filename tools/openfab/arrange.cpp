@@ -4,16 +4,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <utility>
 
+#include "base/near_miss.h"
+#include "base/text.h"
 #include "base/units.h"
 #include "tools/openfab/extents.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/pieces_text.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/tray_worlds.h"
+#include "world/build_reader.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -62,6 +68,50 @@ Result<Loaded> load(const ArrangeArguments& arguments, int64_t memory) {
     return std::move(*out);
 }
 
+/// Repeats what is built: all of it by a number alone, an object's placements by `NAME=N`.
+Result<void> repeat_build(const std::vector<std::string>& copies, world::World* world) {
+    std::vector<std::string> names;
+    for (const world::Object& object : world->objects)
+        names.push_back(object.name);
+    std::optional<size_t> of_all;
+    std::map<std::string, size_t> of_object;
+    for (const std::string& text : copies) {
+        const size_t equals = text.rfind('=');
+        const std::string number = text.substr(equals == std::string::npos ? 0 : equals + 1);
+        size_t count = 0;
+        const char* end = number.data() + number.size();
+        const auto read = std::from_chars(number.data(), end, count);
+        if (read.ec != std::errc() || read.ptr != end || count < 1 ||
+            count > world::kMostPlacements) {
+            return usage_error(fmt::format(messages::kBadCopies, printable(text),
+                                           world::kMostPlacements,
+                                           names.empty() ? "NAME" : printable(names.front())));
+        }
+        if (equals == std::string::npos) {
+            of_all = count;
+            continue;
+        }
+        const std::string name = text.substr(0, equals);
+        if (std::ranges::find(world->build, name, [&](const world::Placement& p) {
+                return world->objects[static_cast<size_t>(p.object)].name;
+            }) == world->build.end()) {
+            return usage_error(fmt::format(messages::kCopiesOfNothing, printable(text),
+                                           printable(name), suggest(name, names)));
+        }
+        of_object[name] = count;
+    }
+    std::vector<world::Placement> build;
+    for (const world::Placement& placed : world->build) {
+        const auto own = of_object.find(world->objects[static_cast<size_t>(placed.object)].name);
+        const size_t count = own != of_object.end() ? own->second : of_all.value_or(1);
+        if (build.size() + count > world::kMostPlacements)
+            return usage_error(fmt::format(messages::kTooManyCopies, world::kMostPlacements));
+        build.insert(build.end(), count, placed);
+    }
+    world->build = std::move(build);
+    return {};
+}
+
 }  // namespace
 
 Result<void> run_arrange(const ArrangeArguments& arguments) {
@@ -87,6 +137,8 @@ Result<void> run_arrange(const ArrangeArguments& arguments) {
         options.turns == Turns::kAll ? messages::kCutItWithSplit : messages::kCutItOrTurnIt;
     Result<Loaded> loaded = load(arguments, *memory);
     if (!loaded) return loaded.error();
+    if (const Result<void> repeated = repeat_build(arguments.copies, &loaded->world); !repeated)
+        return repeated;
     const world::World* const world = &loaded->world;
     const std::string& fit = arguments.fit.empty() ? world->printer : arguments.fit;
     if (fit.empty()) {

@@ -14,6 +14,7 @@ namespace openfab::tools {
 struct ArrangeArguments {
     std::vector<std::string> worlds;  ///< alike in all but what they build
     std::string fit, output, gap = "5mm", turn = "upright", memory;
+    std::vector<std::string> copies;  ///< `N` of everything, `NAME=N` of an object
     std::vector<std::string> allow, settings;
 };
 

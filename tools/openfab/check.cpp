@@ -126,8 +126,10 @@ class Checker {
         return program::check_outputs(outputs, inputs_);
     }
 
-    /// Sets limits that are given by options, and usual ones where there are none, for the voxels of a machine.
-    Result<void> read_limits(const Vec3d& pitch) {
+    /// Sets limits that are given by options, and usual ones where there are none, for the voxels of a machine; `usual` is
+    /// what is to be said of these, or empty.
+    Result<void> read_limits(const Vec3d& pitch, std::string* usual) {
+        usual->clear();
         bool given = limits_.has_value();
         world::Checks limits = limits_.value_or(world::Checks());
         const auto length = [&](const char* option, const std::string& text,
@@ -175,26 +177,28 @@ class Checker {
             limits.wall_mm.others = limits.gap_mm.others = limits.hole_mm.others = two;
             limits.island_mm3.others = 1;
             limits.trapped_mm3 = 0;
-            note(fmt::format(messages::kProfileWithoutChecks, two));
+            *usual = fmt::format(messages::kProfileWithoutChecks, two);
         }
         limits_ = std::move(limits);
         return {};
     }
 
-    bool takes_too_much(const Grid& grid) const {
-        return check_bytes(grid.size, grid.pitch_mm, grid.parts, *limits_) > memory_;
+    int64_t bytes_of(const Grid& grid) const {
+        return check_bytes(grid.size, grid.pitch_mm, grid.parts, *limits_);
     }
+    bool takes_too_much(const Grid& grid) const { return bytes_of(grid) > memory_; }
+    /// As `--memory` takes them, rounded up.
+    static int64_t megabytes(int64_t bytes) { return (bytes + 999'999) / 1'000'000; }
     Error takes_error(const Grid& grid, const std::string& help) const {
-        const int64_t bytes = check_bytes(grid.size, grid.pitch_mm, grid.parts, *limits_);
         return user_error(fmt::format(messages::kCheckTakes, grid.size.x, grid.size.y, grid.size.z,
-                                      format_bytes(bytes)),
+                                      format_bytes(bytes_of(grid))),
                           help);
     }
 
     Result<CheckedPrint> of_print() {
         if (!arguments_.settings.empty())
             return usage_error(fmt::format(messages::kSetOfPrint, printable(arguments_.file)));
-        const std::pair<bool, const char*> of_worlds[] = {{arguments_.draft != 1, "--draft"},
+        const std::pair<bool, const char*> of_worlds[] = {{arguments_.draft != 0, "--draft"},
                                                           {arguments_.parts != 0, "--parts"},
                                                           {!arguments_.allow.empty(), "--allow"}};
         for (const auto& [is_given, option] : of_worlds) {
@@ -205,49 +209,85 @@ class Checker {
         auto reader = ofr::OfrReader::open(arguments_.file, memory_);
         if (!reader) return reader.error();
         const Grid grid = grid_of((*reader)->info(), 1);
-        if (const Result<void> read = read_limits(grid.pitch_mm); !read) return read.error();
-        if (takes_too_much(grid)) return takes_error(grid, messages::kCheckTakesPrintHelp);
+        std::string usual;
+        if (const Result<void> read = read_limits(grid.pitch_mm, &usual); !read)
+            return read.error();
+        if (!usual.empty()) note(usual);
+        if (takes_too_much(grid)) {
+            return takes_error(
+                grid, fmt::format(messages::kCheckTakesPrintHelp, megabytes(bytes_of(grid))));
+        }
         return read_print(reader->get(), 1);
     }
 
-    /// Prints the world at a part of the pitch, so that walls of k voxels are told from those of k + 1.
+    Vec3d pitch_of_world() const {
+        return arguments_.before_print() ? arguments_.pitch_mm(printer_.pitch_mm)
+                                         : printer_.pitch_mm * static_cast<double>(draft_);
+    }
+
+    /// Prints the world at a part of the pitch, so that walls of k voxels are told from those of k + 1; where nobody gave
+    /// one, as coarse a draft of it as memory takes.
     Result<CheckedPrint> of_world() {
-        const Vec3d pitch = arguments_.before_print()
-                                ? arguments_.pitch_mm(printer_.pitch_mm)
-                                : printer_.pitch_mm * static_cast<double>(arguments_.draft);
-        if (!(std::min({pitch.x, pitch.y, pitch.z}) > 0)) {
+        draft_ = std::max(arguments_.draft, 1);
+        const Vec3d own = pitch_of_world();
+        if (!(std::min({own.x, own.y, own.z}) > 0)) {
             return user_error(fmt::format(messages::kPitchNotKnown, printer_.name),
                               arguments_.before_print() ? messages::kPitchNotKnownWorldHelp
                                                         : messages::kPitchNotKnownPrintHelp);
         }
-        if (const Result<void> read = read_limits(pitch); !read) return read.error();
         auto folder = TemporaryFolder::create();
         if (!folder) return folder.error();
         const fs::path file = (*folder)->path() / "check.ofr";
-        int32_t parts = arguments_.parts > 0 ? arguments_.parts : kMostParts;
-        while (true) {
-            const auto argv = print_words(file, pitch * (1.0 / parts));
-            if (!argv) return argv.error();
-            const auto stopped =
-                print_for_check(*argv, file, parts, memory_,
-                                [&](const Grid& grid) { return !takes_too_much(grid); });
-            if (!stopped) return stopped.error();
-            if (!*stopped) break;
-            int32_t fewer = parts - 1;
-            while (fewer > 0 && takes_too_much(in_parts(**stopped, fewer)))
-                --fewer;
-            if (fewer == 0 || arguments_.parts > 0) {
-                // Of the check that takes least, where the number of parts is ours to choose.
-                const Grid least = arguments_.parts > 0 ? **stopped : in_parts(**stopped, 1);
-                return takes_error(least, way_out(**stopped, fewer));
-            }
-            parts = fewer;
+        const std::optional<world::Checks> of_profile = limits_;
+        int32_t parts = 0;
+        std::string usual;
+        while (parts == 0) {
+            limits_ = of_profile;
+            if (const Result<void> read = read_limits(pitch_of_world(), &usual); !read)
+                return read.error();
+            const Result<int32_t> printed = print_in_parts(file);
+            if (!printed) return printed.error();
+            parts = *printed;
         }
+        if (!usual.empty()) note(usual);
         auto reader = ofr::OfrReader::open(file.string(), memory_);
         if (!reader) return reader.error();
         if (parts < kMostParts && arguments_.parts == 0)
             note(fmt::format(messages::kPartsOfVoxel, parts, kMostParts));
         return read_print(reader->get(), parts);
+    }
+
+    /// Prints with as many parts of each voxel as memory takes, and returns how many; 0: with none, and the draft is now
+    /// coarser.
+    Result<int32_t> print_in_parts(const fs::path& file) {
+        int32_t parts = arguments_.parts > 0 ? arguments_.parts : kMostParts;
+        while (true) {
+            const auto argv = print_words(file, pitch_of_world() * (1.0 / parts));
+            if (!argv) return argv.error();
+            const auto stopped =
+                print_for_check(*argv, file, parts, memory_,
+                                [&](const Grid& grid) { return !takes_too_much(grid); });
+            if (!stopped) return stopped.error();
+            if (!*stopped) return parts;
+            int32_t fewer = parts - 1;
+            while (fewer > 0 && takes_too_much(in_parts(**stopped, fewer)))
+                --fewer;
+            if (fewer > 0 && arguments_.parts == 0) {
+                parts = fewer;
+                continue;
+            }
+            // Of the check that takes least, where the number of parts is ours to choose.
+            const Grid least = arguments_.parts > 0 ? **stopped : in_parts(**stopped, 1);
+            const std::optional<int32_t> draft = draft_that_fits(**stopped);
+            if (fewer > 0 || !draft || arguments_.draft > 0)
+                return takes_error(least, way_out(least, fewer, draft));
+            draft_ = *draft;
+            const Vec3d pitch = pitch_of_world();
+            note(fmt::format(messages::kCheckedCoarser, format_bytes(bytes_of(least)),
+                             format_bytes(memory_), draft_, pitch.x, pitch.y, pitch.z,
+                             megabytes(bytes_of(least))));
+            return 0;
+        }
     }
     static Grid in_parts(const Grid& grid, int32_t parts) {
         Grid out = coarser(grid, static_cast<double>(grid.parts) / parts);
@@ -255,18 +295,25 @@ class Checker {
         return out;
     }
 
-    /// Says what would take no more than the memory: fewer parts, or a coarser draft.
-    std::string way_out(const Grid& grid, int32_t fewer_parts) const {
-        if (fewer_parts > 0) return fmt::format(messages::kCheckTakesPartsHelp, fewer_parts);
-        if (arguments_.before_print()) return messages::kCheckTakesPrintHelp;
+    /// Returns a coarser draft that takes no more than the memory; nothing before a print, whose pitch is given.
+    std::optional<int32_t> draft_that_fits(const Grid& grid) const {
         constexpr int32_t kCoarsest = 64;  // as the option's
-        for (int32_t draft = arguments_.draft + 1; draft <= kCoarsest; ++draft) {
-            const int32_t parts = arguments_.parts > 0 ? grid.parts : 1;
-            const Grid drafted =
-                coarser(in_parts(grid, parts), static_cast<double>(draft) / arguments_.draft);
-            if (!takes_too_much(drafted)) return fmt::format(messages::kCheckTakesHelp, draft);
+        const Grid whole = in_parts(grid, arguments_.parts > 0 ? grid.parts : 1);
+        for (int32_t draft = draft_ + 1; !arguments_.before_print() && draft <= kCoarsest;
+             ++draft) {
+            if (!takes_too_much(coarser(whole, static_cast<double>(draft) / draft_))) return draft;
         }
-        return messages::kCheckTakesPrintHelp;
+        return std::nullopt;
+    }
+
+    /// Says what would take no more than the memory: fewer parts, or a coarser draft.
+    std::string way_out(const Grid& least, int32_t fewer_parts,
+                        std::optional<int32_t> draft) const {
+        const int64_t memory = megabytes(bytes_of(least));
+        if (fewer_parts > 0)
+            return fmt::format(messages::kCheckTakesPartsHelp, memory, fewer_parts);
+        if (draft) return fmt::format(messages::kCheckTakesHelp, memory, *draft);
+        return fmt::format(messages::kCheckTakesPrintHelp, memory);
     }
 
     /// Returns the command that prints the world.
@@ -372,6 +419,7 @@ class Checker {
 
     const CheckArguments& arguments_;
     int64_t memory_ = 0;
+    int32_t draft_ = 1;  ///< of a world
     world::Printer printer_;
     std::optional<world::Checks> limits_;
     std::map<std::string, std::string> channels_;  ///< by material

@@ -17,7 +17,7 @@ struct CheckArguments {
     std::string wall, gap, hole, island, trapped;  ///< limits that replace those of the profile
     std::vector<std::string> apart, allow, settings;
     int32_t parts = 0;  ///< of each voxel along an axis; 0: as many as memory allows, at most 3
-    int32_t draft = 1;
+    int32_t draft = 0;  ///< 0: 1, or as memory allows
     int32_t threads = 0;
     /// Of a check before a print: its other options, and its pitch on a printer of that pitch. What is found
     /// then goes to stderr, since the print's result may go to stdout.

@@ -173,8 +173,8 @@ void add_copy_options(CLI::App* command, ExportOptions* options, const std::stri
                       "mirror the slices, for front ends that mirror them back");
     command
         ->add_option("--preview", options->previews,
-                     "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light="
-                     "transmitted][,cut=x|y|xy]")
+                     "FILE.png[,view=top|bottom|front|right|back|left|section|slice:N|"
+                     "model:TURN:TILT][,light=transmitted][,cut=x|y|xy]")
         ->allow_extra_args(false);
     add_memory_option(command, &options->memory);
 }

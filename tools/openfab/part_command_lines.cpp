@@ -81,6 +81,12 @@ void add_arrange(CLI::App& app, Action* action) {
             "the world to write, in the folder of the other: NAME.fab.json; NAME-2.fab.json, ... "
             "are more trays")
         ->required();
+    command
+        ->add_option("--copies", a->copies,
+                     "how many of everything that the world builds, as 12, or of one object, as "
+                     "NAME=12 (repeatable; default: 1)")
+        ->allow_extra_args(false)
+        ->type_name("N|NAME=N");
     command->add_option("--gap", a->gap, "between things on a tray (default: 5mm)");
     command
         ->add_option("--turn", a->turn,
@@ -112,7 +118,7 @@ void add_check(CLI::App& app, Action* action) {
     command
         ->add_option("--apart", a->apart, "two materials that must not touch, such as water,salt")
         ->allow_extra_args(false);
-    command->add_option("--draft", a->draft, "check at this multiple of the pitch")
+    command->add_option("--draft", a->draft, "check at this multiple of the pitch (default: 1, or as memory allows)")
         ->check(CLI::Range(1, 64));
     command
         ->add_option("--parts", a->parts,

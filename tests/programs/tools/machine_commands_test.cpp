@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -63,7 +64,8 @@ class MachineCommands : public ::testing::Test {
     }
 
     static bool says_like(const std::string& text, int draft) {
-        return is_like(text, pattern_of(tools::messages::kCheckTakesHelp, {std::to_string(draft)}));
+        return is_like(text,
+                       pattern_of(tools::messages::kCheckTakesHelp, {"*", std::to_string(draft)}));
     }
 
     ScratchFolder scratch_;
@@ -168,9 +170,29 @@ TEST_F(MachineCommands, AChecksAdviceFitsTheMemory) {
         ASSERT_GT(advised, draft) << refused.err;
         EXPECT_THAT(check(advised).err, Not(testing::Says(tools::messages::kCheckTakes)));
     }
+    // Who gives no draft gets the finest that fits, and is told so.
+    const auto check = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), {"check", path("apart.fab.json"), "--wall", "0.1mm", "--memory",
+                                   "400kB", "--report", path("report.json")});
+        return openfab(more);
+    };
+    const Outcome coarser = check({});
+    const std::string found = read_file(path("report.json"));
+    int taken = 0;
+    for (int draft = 2; draft < 65; ++draft) {
+        if (is_like(coarser.err, pattern_of(tools::messages::kCheckedCoarser,
+                                            {"*", "400 kB", std::to_string(draft)})))
+            taken = draft;
+    }
+    ASSERT_GT(taken, 1) << coarser.err;
+    const Outcome asked = check({"--draft", std::to_string(taken)});
+    EXPECT_EQ(coarser.exit_code, asked.exit_code) << asked.err;
+    EXPECT_EQ(found, read_file(path("report.json")));
+    const Outcome finer = check({"--draft", std::to_string(taken - 1)});
+    EXPECT_THAT(finer.err, testing::Says(tools::messages::kCheckTakes));
     const Outcome fewer = openfab(
         {"check", path("apart.fab.json"), "--wall", "0.1mm", "--memory", "20MB", "--parts", "3"});
-    EXPECT_THAT(fewer.err, testing::Says(tools::messages::kCheckTakesPartsHelp, "1"));
+    EXPECT_THAT(fewer.err, testing::Says(tools::messages::kCheckTakesPartsHelp, "*", "1"));
 }
 
 TEST_F(MachineCommands, ArrangeTakesAsManyTraysAsItNeeds) {
@@ -228,6 +250,53 @@ TEST_F(MachineCommands, ArrangeTakesAsManyTraysAsItNeeds) {
         openfab({"arrange", path("pole.fab.json"), "-o", path("u.fab.json"), "--turn", "left"})
             .exit_code,
         2);
+}
+
+TEST_F(MachineCommands, ArrangeMakesCopies) {
+    write_world(
+        "two.fab.json", R"("block": {"box": [4, 3, 2]}, "pole": {"box": [1, 1, 2]})",
+        R"("block": {"mesh": "block", "fablet": "plain"}, "pole": {"mesh": "pole", "fablet": "plain"},
+           "spare": {"mesh": "pole", "fablet": "plain"})",
+        R"({"object": "block", "uniforms": {"dots": 3}}, {"object": "pole"})");
+    const auto arrange = [&](std::vector<std::string> copies) {
+        copies.insert(copies.begin(),
+                      {"arrange", path("two.fab.json"), "-o", path("t.fab.json"), "--gap", "1mm"});
+        return openfab(copies);
+    };
+    const auto count = [&] {
+        std::map<std::string, int> out;
+        for (const char* name : {"t.fab.json", "t-2.fab.json"}) {
+            if (!fs::exists(path(name))) continue;
+            const rapidjson::Document tray = world(name);
+            for (const auto& item : tray["build"].GetArray()) {
+                const std::string object = item["object"].GetString();
+                ++out[object];
+                EXPECT_EQ(item.HasMember("uniforms"), object == "block");
+            }
+            const Outcome dry = openfab({"print", path(name), "--dry-run"});
+            EXPECT_EQ(dry.exit_code, 0) << dry.err;
+            fs::remove(path(name));
+        }
+        return out;
+    };
+    using Counts = std::map<std::string, int>;
+    ASSERT_EQ(arrange({"--copies", "3"}).exit_code, 0);
+    EXPECT_EQ(count(), (Counts{{"block", 3}, {"pole", 3}}));
+    ASSERT_EQ(arrange({"--copies", "2", "--copies", "block=9"}).exit_code, 0);
+    EXPECT_EQ(count(), (Counts{{"block", 9}, {"pole", 2}}));
+    ASSERT_EQ(arrange({"--copies=pole=5"}).exit_code, 0);
+    EXPECT_EQ(count(), (Counts{{"block", 1}, {"pole", 5}}));
+    for (const char* wrong : {"0", "-1", "x", "block=", "2.5", "block=100001"}) {
+        const Outcome refused = arrange({std::string("--copies=") + wrong});
+        EXPECT_EQ(refused.exit_code, 2) << wrong;
+        EXPECT_THAT(refused.err, testing::Says(tools::messages::kBadCopies, wrong)) << wrong;
+    }
+    for (const char* nothing : {"blok=2", "spare=2"}) {
+        const Outcome refused = arrange({std::string("--copies=") + nothing});
+        EXPECT_EQ(refused.exit_code, 2) << nothing;
+        EXPECT_THAT(refused.err, testing::Says(tools::messages::kCopiesOfNothing, nothing));
+    }
+    EXPECT_THAT(arrange({"--copies=60000"}).err, testing::Says(tools::messages::kTooManyCopies));
 }
 
 TEST_F(MachineCommands, SplitPiecesArePlacedAnewAndPrint) {
