@@ -118,7 +118,9 @@ void add_check(CLI::App& app, Action* action) {
     command
         ->add_option("--apart", a->apart, "two materials that must not touch, such as water,salt")
         ->allow_extra_args(false);
-    command->add_option("--draft", a->draft, "check at this multiple of the pitch (default: 1, or as memory allows)")
+    command
+        ->add_option("--draft", a->draft,
+                     "check at this multiple of the pitch (default: 1, or as memory allows)")
         ->check(CLI::Range(1, 64));
     command
         ->add_option("--parts", a->parts,
