@@ -124,10 +124,12 @@ Result<std::string> make_profile(const PrinterModel& model, const ProfileOptions
         const cmsCIELab rounded{lab.l, lab.a, lab.b};
         (two ? cmsFloat2LabEncodedV2 : cmsFloat2LabEncoded)(out, &rounded);
     };
+    // The black of version 4's reference medium, which its readers map sources' black to (ICC.1, 6.3.3 and annex D).
+    const double black = two ? 0 : 3.1373;
     const auto inks_node = [&](bool perceptual) {
         return Node([&, perceptual](const cmsUInt16Number* in, cmsUInt16Number* out) {
             const Lab lab = lab_of(in, two);
-            const Inks inks = separation.find(perceptual ? separation.perceptual(lab) : lab);
+            const Inks inks = separation.find(perceptual ? separation.perceptual(lab, black) : lab);
             for (size_t i = 0; i < 4; ++i)
                 out[i] =
                     static_cast<cmsUInt16Number>(std::lround(std::pow(inks[i], 1 / kTint) * kOne));

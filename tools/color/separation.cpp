@@ -16,6 +16,9 @@ constexpr size_t kInks = 4;
 /// How much a difference counts along each direction, where a colour cannot be reached.
 constexpr double kOfLightness = 1, kOfChroma = 0.75, kOfHue = 1.5;
 
+/// Weights that hold black near what is wanted, per unit of its root.
+constexpr double kFirm = 30, kLight = 1, kUnseen = 0.05;
+
 Lab blend(const Lab& a, const Lab& b, double t) {
     return {a.l + (b.l - a.l) * t, a.a + (b.a - a.a) * t, a.b + (b.b - a.b) * t};
 }
@@ -67,20 +70,35 @@ void solve(std::array<std::array<double, kInks + 1>, kInks>* system, std::array<
 InkGrid::InkGrid(const PrinterModel& model, int nodes) : nodes_(nodes) {
     const Xyz white = to_xyz(model.white());
     const double last = nodes - 1;
+    // The colour of roots, shortened or stretched.
+    const auto of_roots = [&](Inks roots, double scale) {
+        for (double& root : roots)
+            root *= root * scale * scale;
+        return to_lab(to_xyz(model.predict(roots)), white);
+    };
     std::array<int, kInks> at{};
     for (at[0] = 0; at[0] < nodes; ++at[0]) {
         for (at[1] = 0; at[1] < nodes; ++at[1]) {
             for (at[2] = 0; at[2] < nodes; ++at[2]) {
                 for (at[3] = 0; at[3] < nodes; ++at[3]) {
-                    Inks inks;
-                    double sum = 0;
+                    Inks roots, before;
+                    double sum = 0, sum_before = 0;
                     for (size_t i = 0; i < kInks; ++i) {
-                        inks[i] = (at[i] / last) * (at[i] / last);
-                        sum += inks[i];
+                        roots[i] = at[i] / last;
+                        sum += roots[i] * roots[i];
+                        before[i] = std::max(at[i] - 1, 0) / last;
+                        sum_before += before[i] * before[i];
                     }
-                    for (double& ink : inks)
-                        ink /= std::max(sum, 1.0);
-                    colours_.push_back(to_lab(to_xyz(model.predict(inks)), white));
+                    if (sum <= 1) {
+                        colours_.push_back(of_roots(roots, 1));
+                        continue;
+                    }
+                    const double scale = 1 / std::sqrt(sum);
+                    Lab lab = of_roots(roots, scale);
+                    // Mixtures without white lie within cells that reach beyond them: what these
+                    // cells' corners there hold continues what is within, or white would show.
+                    if (sum_before < 1) lab = blend(of_roots(roots, 2 * scale - 1), lab, 2);
+                    colours_.push_back(lab);
                 }
             }
         }
@@ -158,9 +176,9 @@ Separation::Separation(const InkGrid& grid, const SeparationOptions& options)
     darkest_ = std::clamp(darkest_, 0.0, 99.0);
 }
 
-Lab Separation::perceptual(const Lab& colour) const {
-    const double scale = (100 - darkest_) / 100;
-    return {darkest_ + colour.l * scale, colour.a * scale, colour.b * scale};
+Lab Separation::perceptual(const Lab& colour, double black) const {
+    const double scale = (100 - darkest_) / (100 - black);
+    return {darkest_ + std::max(colour.l - black, 0.0) * scale, colour.a * scale, colour.b * scale};
 }
 
 double Separation::wanted_black(const Lab& colour) const {
@@ -195,7 +213,8 @@ double Separation::settle(const Lab& colour, double black, double weight, Inks* 
     double least = std::numeric_limits<double>::infinity();
     for (const auto& [unused, start] : nearest) {
         Inks found = start->roots;
-        const double cost = refine(colour, black, weight, &found);
+        double cost = refine(colour, black, weight, &found);
+        if (weight < kLight && cost > kUnseen) cost = polish(colour, black, weight, &found);
         if (cost >= least) continue;
         least = cost;
         *roots = found;
@@ -205,19 +224,18 @@ double Separation::settle(const Lab& colour, double black, double weight, Inks* 
 
 Inks Separation::find(const Lab& colour) const {
     const double black = std::sqrt(wanted_black(colour));
-    constexpr double kFirm = 30, kLight = 1;
-    const auto off = [&](const Inks& roots) {
-        return std::sqrt(square(differences(colour, grid_.at_roots(roots))));
-    };
-    Inks roots{};
-    settle(colour, black, kFirm, &roots);
-    // With black held near what is wanted until now; then for the colour.
-    refine(colour, roots[3], kLight, &roots);
-    // Where only another amount of black comes nearer, it gives way: just as far as it must.
-    constexpr double kAsNear = 0.25, kUnseen = 0.05;
-    if (off(roots) > kUnseen) {
-        Inks nearest{};
-        const double least = settle(colour, black, kUnseen, &nearest);
+    constexpr double kAsNear = 0.25;
+    Inks nearest{};
+    const double least = settle(colour, black, kUnseen, &nearest);
+    Inks roots = nearest;
+    if (least < kAsNear) {
+        const auto off = [&](const Inks& r) {
+            return std::sqrt(square(differences(colour, grid_.at_roots(r))));
+        };
+        settle(colour, black, kFirm, &roots);
+        // With black held near what is wanted until now; then for the colour.
+        refine(colour, roots[3], kLight, &roots);
+        // Where only another amount of black comes nearer, it gives way: just as far as it must.
         for (double weight = kFirm / 2; off(roots) > least + kAsNear; weight /= 4) {
             if (weight < kUnseen) {
                 roots = nearest;
@@ -307,6 +325,39 @@ double Separation::refine(const Lab& colour, double black, double weight, Inks* 
         if (!inwards) break;
         inwards = false;
         damping = 1e-2;
+    }
+    return cost;
+}
+
+double Separation::polish(const Lab& colour, double black, double weight, Inks* roots) const {
+    const auto cost_of = [&](const Inks& r) {
+        const double off = weight * (r[3] - black);
+        return square(differences(colour, grid_.at_roots(r))) + off * off;
+    };
+    constexpr double kFirst = 0.032, kLast = 0.0005;
+    double cost = cost_of(*roots);
+    bool better = false;
+    for (double step = kFirst; step > kLast; step /= better ? 1 : 2) {
+        better = false;
+        for (size_t i = 0; i < kInks; ++i) {
+            for (size_t j = 0; j < kInks; ++j) {
+                for (const double way : {-step, step}) {
+                    // One ink alone, or one for another.
+                    Inks moved = *roots;
+                    moved[i] = std::clamp(moved[i] + way, 0.0, 1.0);
+                    const double rest =
+                        (*roots)[j] * (*roots)[j] + (*roots)[i] * (*roots)[i] - moved[i] * moved[i];
+                    if (rest < 0) continue;
+                    if (j != i) moved[j] = std::sqrt(rest);
+                    bring_to_limit(&moved);
+                    const double now = cost_of(moved);
+                    if (now >= cost) continue;
+                    better = true;
+                    cost = now;
+                    *roots = moved;
+                }
+            }
+        }
     }
     return cost;
 }

@@ -20,7 +20,8 @@ namespace openfab::color {
 
 /// Colours on a grid over inks, relative to the printer's white. Nodes lie at squares of equal
 /// steps, as inks tint most where there is little of them. Amounts that add up to more than 1 stand
-/// for the same mixture with a sum of 1.
+/// for the same mixture with a sum of 1; but nodes of cells that mixtures of 1 reach into continue what
+/// lies within, so that these mixtures, which have no white, are interpolated without any.
 class InkGrid {
   public:
     /// `nodes` an axis, 2 to 33.
@@ -58,9 +59,9 @@ class Separation {
 
     /// Returns the inks of a colour relative to the printer's white.
     Inks find(const Lab& colour) const;
-    /// Returns the same colour with its lightness, and its chroma alike, scaled from 0 to 100 into
+    /// Returns the same colour with its lightness, and its chroma alike, scaled from `black` to 100 into
     /// what lies between the printer's black and white.
-    Lab perceptual(const Lab& colour) const;
+    Lab perceptual(const Lab& colour, double black) const;
 
   private:
     struct Start {
@@ -73,6 +74,9 @@ class Separation {
     /// the colour is off.
     double settle(const Lab& colour, double black, double weight, Inks* roots) const;
     double refine(const Lab& colour, double black, double weight, Inks* roots) const;
+    /// Goes on in ever smaller steps of single inks and of one for another: where a colour is beyond reach, costs
+    /// are flat and have edges, which slopes do not follow. Returns the cost.
+    double polish(const Lab& colour, double black, double weight, Inks* roots) const;
 
     const InkGrid& grid_;
     SeparationOptions options_;

@@ -6,6 +6,7 @@
 
 #include "tools/color/profile.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -144,6 +145,7 @@ TEST_F(Profile, IntentsDifferAsTheySay) {
     // The relative intent clips to the darkest that there is, grey or not; the perceptual one ends at
     // the darkest grey, and what lies above it keeps its distance.
     EXPECT_GT(perceptual[1].l, relative[1].l - 1);
+    EXPECT_NEAR(perceptual[1].l, relative[1].l, 1);  // black is the print's, and no lighter
     EXPECT_GT(perceptual[2].l, perceptual[1].l + 8);
     EXPECT_LT(relative[2].l, relative[1].l + 8);
 }
@@ -235,6 +237,113 @@ TEST_F(Profile, DarkGreysAreAsNearAsTheInksGet) {
             EXPECT_GT(is.l, before - 0.3) << black << ", " << l;
             before = is.l;
         }
+    }
+}
+
+TEST_F(Profile, MixturesWithoutWhiteAreWhatTheModelSays) {
+    const Result<PrinterModel> model = PrinterModel::fit(SyntheticPrinter(0).measured(0));
+    ASSERT_TRUE(model);
+    const InkGrid grid(*model, 17);
+    std::mt19937 random(7);
+    double sum = 0, lighter = 0;
+    constexpr int kMixtures = 2000;
+    for (int i = 0; i < kMixtures; ++i) {
+        Inks inks = random_inks(&random);
+        const double total = inks[0] + inks[1] + inks[2] + inks[3];
+        for (double& ink : inks)
+            ink /= total;
+        const Lab wanted = to_lab(to_xyz(model->predict(inks)), to_xyz(model->white()));
+        sum += ciede2000(wanted, grid.at(inks));
+        lighter += grid.at(inks).l - wanted.l;
+    }
+    // Cells that reach beyond these mixtures once showed white in them: 0.98, and 1.1 lighter.
+    EXPECT_LT(sum / kMixtures, 0.2);
+    EXPECT_NEAR(lighter / kMixtures, 0, 0.15);
+}
+
+/// Colours of one hue from dark to light, relative to white.
+std::vector<Lab> ramp(double chroma, double degrees, double step) {
+    const double radians = degrees * std::acos(-1.0) / 180;
+    std::vector<Lab> out;
+    for (int i = 0; i * step <= 100; ++i)
+        out.push_back({i * step, chroma * std::cos(radians), chroma * std::sin(radians)});
+    return out;
+}
+
+/// How much darker a colour prints at most than a darker one.
+double reversal(const std::vector<double>& lightness) {
+    double before = 0, most = 0;
+    for (const double l : lightness) {
+        most = std::max(most, before - l);
+        before = std::max(before, l);
+    }
+    return most;
+}
+
+double distance(const Lab& a, const Lab& b) {
+    return std::hypot(a.l - b.l, a.a - b.a, a.b - b.b);
+}
+
+TEST_F(Profile, RampsDoNotTurnBackAndAreAsNearAsBlack) {
+    constexpr double kStep = 0.39;  // of a lightness of 8 bits
+    constexpr std::array<std::array<double, 2>, 4> kOptions = {
+        {{0, 1}, {0.5, 1}, {1, 1}, {0.5, 0.8}}};
+    for (const auto& [gain, noise] : {std::pair(0.0, 0.0), std::pair(0.2, 0.3)}) {
+        const Result<PrinterModel> model =
+            PrinterModel::fit(SyntheticPrinter(gain).measured(noise));
+        ASSERT_TRUE(model);
+        const InkGrid grid(*model, 17);
+        for (const auto& [black, limit] : kOptions) {
+            const Separation separation(grid, {black, limit});
+            const Lab darkest = grid.at({0, 0, 0, limit});
+            int turned = 0, ramps = 0;
+            for (const double chroma : {0, 20, 60}) {
+                for (double hue = 0; hue < (chroma > 0 ? 360 : 1); hue += 60) {
+                    SCOPED_TRACE(fmt::format("gain {}, black {}, limit {}, chroma {}, hue {}", gain,
+                                             black, limit, chroma, hue));
+                    std::vector<double> lightness;
+                    for (const Lab& wanted : ramp(chroma, hue, chroma > 0 ? 1 : 0.1)) {
+                        const Lab is = grid.at(separation.find(wanted));
+                        lightness.push_back(is.l);
+                        if (chroma > 0) continue;
+                        EXPECT_LT(distance(is, wanted), distance(darkest, wanted) + 1e-3);
+                    }
+                    const double back = reversal(lightness);
+                    turned += back > kStep ? 1 : 0;
+                    EXPECT_TRUE(chroma > 0 || turned == 0) << back;
+                    ++ramps;
+                }
+            }
+            // What inks reach has dents: a hue beyond them may have two nearest colours.
+            EXPECT_LE(turned, ramps / 5) << "gain " << gain << ", black " << black;
+        }
+    }
+}
+
+TEST_F(Profile, GreysBetweenNodesDoNotTurnBackAndAreAsNearAsBlack) {
+    const PrinterProfile profile = parsed();
+    for (const Intent intent : {Intent::kPerceptual, Intent::kRelative}) {
+        std::vector<Rgb> greys;
+        constexpr int kSteps = 2000;
+        for (int i = 0; i <= kSteps; ++i)
+            greys.push_back({i / double{kSteps}, i / double{kSteps}, i / double{kSteps}});
+        Result<std::vector<Inks>> inks = profile.to_inks(greys, intent, false);
+        ASSERT_TRUE(inks);
+        for (Inks& mixture : *inks)
+            mixture = limited(mixture, 1);
+        inks->push_back({0, 0, 0, 1});
+        const Result<std::vector<Lab>> is = profile.to_lab(*inks, false);
+        ASSERT_TRUE(is);
+        std::vector<double> lightness;
+        for (size_t i = 0; i < greys.size(); ++i) {
+            const double light = srgb_to_linear(greys[i][0]);
+            const Lab wanted = to_lab(xyz_of_linear({light, light, light}));
+            lightness.push_back((*is)[i].l);
+            if (intent != Intent::kRelative) continue;
+            EXPECT_LT(distance((*is)[i], wanted), distance(is->back(), wanted) + 0.05)
+                << "grey " << i;
+        }
+        EXPECT_LT(reversal(lightness), kColorNodes < 33 ? 1 : 0.1);
     }
 }
 
