@@ -41,6 +41,7 @@ struct Part {
     double tile_width = 0, tile_height = 0;  ///< 0 for lines
     double pixel_bytes = 0;
     double lines = 1;  ///< that are packed together
+    int compression = 0;
 
     double bytes() const { return table_bytes() + kBuffers * width * pixel_bytes * lines; }
 
@@ -68,6 +69,7 @@ void read_attribute(std::string_view name, std::string_view value, Part* part) {
     } else if (name == "compression" && !value.empty()) {
         constexpr std::array<double, 10> kLines{1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
         const auto how = static_cast<uint8_t>(value[0]);
+        part->compression = how;
         part->lines = how < kLines.size() ? kLines[how] : kLines.back();
     } else if (name == "tiles" && value.size() >= 8) {
         part->tile_width = int_at(value.data());
@@ -159,12 +161,13 @@ Result<bool> ends_as_it_says(const InputFile& file, int64_t at, int64_t size,
 
 }  // namespace
 
-Result<int64_t> exr_table_bytes(const InputFile& file) {
+Result<ExrHeader> read_exr_header(const InputFile& file) {
     const Error damaged = user_error(messages::kHeaderDamaged);
     uint8_t flags = 0;
     const Result<size_t> version = file.read(kFirst - 3, &flags, 1);
     if (!version) return version.error();
     double total = 0;
+    ExrHeader header;
     Part part;
     bool first_of_part = true;
     for (int64_t at = kFirst;;) {
@@ -176,6 +179,7 @@ Result<int64_t> exr_table_bytes(const InputFile& file) {
         if (!name) return damaged;
         if (name->empty()) {
             total += part.bytes();
+            header.compression = std::max(header.compression, part.compression);
             part = {};
             at += 1;
             // Headers of several parts end with an empty one.
@@ -200,7 +204,16 @@ Result<int64_t> exr_table_bytes(const InputFile& file) {
         at += size;
     }
     constexpr double kMost = 1e18;
-    return static_cast<int64_t>(std::min(total, kMost));
+    header.table_bytes = static_cast<int64_t>(std::min(total, kMost));
+    return header;
+}
+
+std::string_view newer_exr_compression(int number) {
+    constexpr int kFirst = 10;
+    constexpr std::array<std::string_view, 4> kNames = {"HTJ2K256", "HTJ2K32", "LJ2K", "ZSTD"};
+    if (number < kFirst) return {};
+    const auto at = static_cast<size_t>(number - kFirst);
+    return at < kNames.size() ? kNames[at] : "unknown";
 }
 
 }  // namespace openfab::tools

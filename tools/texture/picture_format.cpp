@@ -188,9 +188,9 @@ Result<PictureFormat> picture_format(const InputFile& file) {
     if (format.reader == "jpeg") {
         format.at_once = jpeg_bytes(file);
     } else if (format.reader == "openexr") {
-        const Result<int64_t> tables = exr_table_bytes(file);
-        if (!tables) return tables.error();
-        format.at_once = *tables;
+        const Result<ExrHeader> header = read_exr_header(file);
+        if (!header) return header.error();
+        format.at_once = header->table_bytes;
     } else if (format.reader == "gif") {
         format.fragile = true;
         format.at_once = 2 * pixel_bytes(head.number(6, 2), head.number(8, 2));

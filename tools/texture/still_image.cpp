@@ -14,6 +14,7 @@
 #include "tools/texture/convert.h"
 #include "tools/texture/embedded_profile.h"
 #include "tools/texture/exif.h"
+#include "tools/texture/exr_header.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/picture_format.h"
 
@@ -97,11 +98,28 @@ Result<void> StillImage::open_input() {
         opened = input_->open(file_.name(), spec, config) && lab_of(spec) != Lab::kNone;
         if (!opened) return trouble(reason);
     }
-    if (!opened) return trouble(input_->geterror());
+    if (!opened) return not_opened();
     subimage_ = 0;
     if (Result<void> fine = fits(); !fine) return fine;
     frame();
+    if (stores_inks_) return open_jpeg();
     return format_ == "tiff" ? open_tiff() : Result<void>();
+}
+
+Result<void> StillImage::open_jpeg() {
+    Result<std::unique_ptr<JpegInks>> opened = JpegInks::open(file_, memory_bytes_);
+    if (!opened) return opened.error();
+    if (!knows_inks()) return {};
+    jpeg_ = std::move(*opened);
+    read_inks();
+    return {};
+}
+
+void StillImage::read_inks() {
+    reads_inks_ = true;
+    spec_.nchannels = kFourInks;
+    spec_.channelnames = {"C", "M", "Y", "K"};
+    spec_.alpha_channel = -1;
 }
 
 Result<void> StillImage::open_tiff() {
@@ -117,13 +135,9 @@ Result<void> StillImage::open_tiff() {
     const bool light = page.photometric == kBlackIsLeast || page.photometric == kRgb;
     const bool bytes = page.bits == 8 || page.bits == 16 || page.bits == 32 || page.bits == 64;
     stores_inks_ = page.photometric == kInks;
-    reads_inks_ = stores_inks_ && page.samples == kFourInks &&
-                  (page.bits == 8 || page.bits == 16) && knows_inks();
-    if (reads_inks_) {
-        spec_.nchannels = kFourInks;
-        spec_.channelnames = {"C", "M", "Y", "K"};
-        spec_.alpha_channel = -1;
-    }
+    if (stores_inks_ && page.samples == kFourInks && (page.bits == 8 || page.bits == 16) &&
+        knows_inks())
+        read_inks();
     const bool same = light && bytes && page.samples == input_->spec().nchannels;
     if (!same && !reads_inks_) return (*opened)->check_chunks();
     tiff_ = std::move(*opened);
@@ -256,6 +270,7 @@ Result<void> StillImage::fits() const {
 }
 
 Result<void> StillImage::each_row(const std::function<Result<void>(int y, const float* row)>& use) {
+    if (jpeg_ != nullptr) return jpeg_->each_row(use);
     if (tiff_ != nullptr) return tiff_->each_row(0, TiffImage::Scale::kPicture, 0, use);
     const OIIO::ImageSpec& s = input_->spec();
     const bool whole = spec_.x == s.x && spec_.y == s.y && spec_.width == s.width &&
@@ -337,6 +352,16 @@ Result<void> StillImage::each_stored_row(
         }
     }
     return {};
+}
+
+Error StillImage::not_opened() const {
+    const Error said = trouble(input_->geterror());
+    if (format_ != "openexr") return said;
+    const Result<ExrHeader> header = read_exr_header(file_);
+    const std::string_view newer = header ? newer_exr_compression(header->compression) : "";
+    if (newer.empty()) return said;
+    return user_error(fmt::format(messages::kExrCompressionNotRead, newer, header->compression),
+                      messages::kExrCompressionNotReadHelp);
 }
 
 Error StillImage::trouble(std::string reason) const {

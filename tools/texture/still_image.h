@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Reads pictures row by row, by OpenImageIO, and most TIFFs by libtiff. The reader is chosen by the file's signature, not by
+// Reads pictures row by row, by OpenImageIO, most TIFFs by libtiff, and JPEGs of inks by libjpeg. The reader is chosen by the file's signature, not by
 // its name, and only among formats of still images: other readers of OpenImageIO open files that a
 // playlist names. Those that are not hardened against untrusted files are read in a process of their own.
 
@@ -18,6 +18,7 @@
 #include "base/input_file.h"
 #include "base/result.h"
 #include "tools/texture/file_color.h"
+#include "tools/texture/jpeg_inks.h"
 #include "tools/texture/tiff_image.h"
 #include "tools/texture/tiff_pages.h"
 
@@ -59,11 +60,14 @@ class StillImage {
         : file_(std::move(file)), memory_bytes_(memory_bytes) {}
     Result<void> open_input();
     Result<void> open_tiff();
+    Result<void> open_jpeg();
+    void read_inks();
     bool knows_inks() const;  ///< by their profile
     Result<void> fits() const;
     void frame();
     Result<void> each_stored_row(const std::function<Result<void>(int y, const float* row)>& use);
     int band_rows() const;
+    Error not_opened() const;
     Error trouble(std::string reason) const;
 
     InputFile file_;
@@ -75,6 +79,7 @@ class StillImage {
     uint64_t page_directory_ = 0;  ///< of the page of a TIFF behind the first that is current
     std::unique_ptr<TiffPage> page_file_;  ///< of a page of a TIFF behind the first
     std::unique_ptr<TiffImage> tiff_;      ///< reads the pixels of a TIFF, where they are numbers
+    std::unique_ptr<JpegInks> jpeg_;       ///< reads the pixels of a JPEG of inks, by its profile
     bool stores_inks_ = false;             ///< cyan, magenta, yellow and black
     bool reads_inks_ = false;              ///< as such, since their profile says how they look
     std::vector<char> bits_;               ///< of a PBM in digits

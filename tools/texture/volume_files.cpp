@@ -303,6 +303,12 @@ std::string_view take_word(std::string_view* line) {
     return word;
 }
 
+/// Whether nothing but a comment is left of a line.
+bool ends(std::string_view line) {
+    const std::string_view word = take_word(&line);
+    return word.empty() || word[0] == '#';
+}
+
 /// Parses as many numbers of a line as fit.
 template <size_t count>
 bool take_numbers(std::string_view* line, std::array<double, count>* out) {
@@ -325,6 +331,7 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
     std::array<double, 3> low{0, 0, 0}, high{1, 1, 1};
     auto reader = std::make_unique<CubeReader>();
     reader->no_nan = true;
+    bool has_domain = false, has_range = false;
     int64_t n = 0;
     if (const Complaint wide = not_utf8(*bytes); !wide.empty())
         return user_error(wide.what, wide.help);
@@ -344,11 +351,12 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
             n = fine ? static_cast<int64_t>(size[0]) : 0;
             // No more than there can be: a number takes two bytes of the text.
             reader->values.reserve(std::min(static_cast<size_t>(3 * n * n * n), bytes->size() / 2));
-        } else if (word == "DOMAIN_MIN") {
-            fine = take_numbers(&line, &low);
-        } else if (word == "DOMAIN_MAX") {
-            fine = take_numbers(&line, &high);
+            fine = fine && size[0] == static_cast<double>(n);
+        } else if (word == "DOMAIN_MIN" || word == "DOMAIN_MAX") {
+            has_domain = true;
+            fine = take_numbers(&line, word == "DOMAIN_MIN" ? &low : &high);
         } else if (word == "LUT_3D_INPUT_RANGE") {
+            has_range = true;
             std::array<double, 2> range{};
             fine = take_numbers(&line, &range);
             low.fill(range[0]);
@@ -363,7 +371,7 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
             line = std::string_view(word.data(),
                                     static_cast<size_t>(line.data() + line.size() - word.data()));
             std::array<double, 3> rgb{};
-            if (!take_numbers(&line, &rgb))
+            if (!take_numbers(&line, &rgb) || !ends(line))
                 return user_error(fmt::format(messages::kLineNotThreeNumbers, number));
             if (n == 0) return user_error(fmt::format(messages::kColourBeforeLutSize, number));
             reader->rows += 1;
@@ -372,7 +380,10 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
                 reader->values.push_back(static_cast<float>(value));
             continue;
         }
-        if (!fine) return user_error(fmt::format(messages::kLineNotUnderstood, number));
+        if (!fine || !ends(line))
+            return user_error(fmt::format(messages::kLineNotUnderstood, number));
+        if (has_domain && has_range)
+            return user_error(messages::kLutTwoDomains, messages::kLutTwoDomainsHelp);
     }
     if (n == 0) return user_error(messages::kNoLutSize);
     for (size_t a = 0; a < 3; ++a)

@@ -8,7 +8,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <fstream>
+
+#include <jpeglib.h>  // after what declares FILE
 
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
@@ -92,6 +95,97 @@ TEST(PictureOfInks, IsReadByItsProfile) {
     EXPECT_THAT(bare->note(), testing::Says(tools::messages::kInksWithoutProfile));
     EXPECT_NEAR(bare->at(1, 0)[0], 0, 1e-6);
     EXPECT_NEAR(bare->at(1, 0)[1], 1, 1e-6);
+}
+
+/// A JPEG of these mixtures, squares of 16 pixels, as Adobe's programs write them: what is left white, with
+/// their marker; YCCK: as light and differences of color. Without a marker where `marked` is false.
+void write_jpeg_inks(const std::filesystem::path& file, bool ycck, bool marked,
+                     const std::string& icc) {
+    constexpr size_t kSide = 16;
+    jpeg_compress_struct jpeg{};
+    jpeg_error_mgr errors{};
+    jpeg.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&jpeg);
+    FILE* const out = std::fopen(file.c_str(), "wb");
+    ASSERT_NE(out, nullptr);
+    jpeg_stdio_dest(&jpeg, out);
+    jpeg.image_width = static_cast<JDIMENSION>(kSide * kMixtures.size());
+    jpeg.image_height = kSide;
+    jpeg.input_components = 4;
+    jpeg.in_color_space = JCS_CMYK;
+    jpeg_set_defaults(&jpeg);
+    jpeg_set_colorspace(&jpeg, ycck ? JCS_YCCK : JCS_CMYK);
+    jpeg_set_quality(&jpeg, 100, TRUE);
+    jpeg.write_Adobe_marker = marked ? TRUE : FALSE;
+    jpeg_start_compress(&jpeg, TRUE);
+    // Segments of a profile (ICC.1, annex B).
+    constexpr size_t kMost = 60000;
+    const size_t segments = (icc.size() + kMost - 1) / kMost;
+    for (size_t k = 0; k < segments; ++k) {
+        std::string text("ICC_PROFILE\0", 12);
+        text += static_cast<char>(k + 1);
+        text += static_cast<char>(segments);
+        text += icc.substr(k * kMost, kMost);
+        jpeg_write_marker(&jpeg, JPEG_APP0 + 2, reinterpret_cast<const JOCTET*>(text.data()),
+                          static_cast<unsigned>(text.size()));
+    }
+    std::vector<uint8_t> row;
+    for (const auto& mixture : kMixtures) {
+        for (size_t x = 0; x < kSide; ++x) {
+            for (const uint8_t ink : mixture)
+                row.push_back(static_cast<uint8_t>(255 - ink));
+        }
+    }
+    for (size_t y = 0; y < kSide; ++y) {
+        JSAMPROW line = row.data();
+        jpeg_write_scanlines(&jpeg, &line, 1);
+    }
+    jpeg_finish_compress(&jpeg);
+    jpeg_destroy_compress(&jpeg);
+    std::fclose(out);
+}
+
+TEST(PictureOfInks, InAJpegIsReadByItsProfile) {
+    const openfab::testing::TempFolder folder;
+    const std::filesystem::path file = folder.path() / "inks.jpg";
+    const std::string& icc = ink_profile();
+    const Result<PrinterProfile> profile = PrinterProfile::parse({icc.begin(), icc.end()});
+    ASSERT_TRUE(profile);
+    std::vector<Inks> inks;
+    for (const auto& mixture : kMixtures)
+        inks.push_back(
+            {mixture[0] / 255.0, mixture[1] / 255.0, mixture[2] / 255.0, mixture[3] / 255.0});
+    const Result<std::vector<Lab>> wanted = profile->to_lab(inks, false);
+    ASSERT_TRUE(wanted);
+    for (const bool ycck : {false, true}) {
+        SCOPED_TRACE(ycck);
+        write_jpeg_inks(file, ycck, true, icc);
+        const Result<Picture> picture = Picture::read(file);
+        ASSERT_TRUE(picture) << picture.error().text();
+        EXPECT_EQ(picture->note(), "");
+        for (size_t k = 0; k < inks.size(); ++k) {
+            const Lab is = to_lab(xyz_of_linear(picture->at(static_cast<int>(16 * k + 8), 8)));
+            EXPECT_LT(ciede2000(is, (*wanted)[k]), 1)
+                << k;  // steps of 8 bits, where inks tint most
+        }
+        // Without one, as ideal inks, and that is said.
+        write_jpeg_inks(file, ycck, true, "");
+        const Result<Picture> bare = Picture::read(file);
+        ASSERT_TRUE(bare) << bare.error().text();
+        EXPECT_THAT(bare->note(), testing::Says(tools::messages::kInksWithoutProfile));
+        EXPECT_NEAR(bare->at(24, 8)[0], 0, 0.01);
+        EXPECT_NEAR(bare->at(24, 8)[1], 1, 0.01);
+    }
+    for (const std::string& with : {icc, std::string()}) {
+        write_jpeg_inks(file, false, false, with);
+        const Result<Picture> unmarked = Picture::read(file);
+        ASSERT_FALSE(unmarked);
+        EXPECT_THAT(unmarked.error().text(), testing::Says(tools::messages::kInksOfUnknownSense));
+    }
+    // What is cut short is damaged, not grey.
+    write_jpeg_inks(file, false, true, icc);
+    std::filesystem::resize_file(file, std::filesystem::file_size(file) - 200);
+    EXPECT_FALSE(Picture::read(file));
 }
 
 /// Numbers of a TIFF structure, either end first.

@@ -264,6 +264,30 @@ TEST_F(PictureKinds, SixFacesAroundAPointAreNoPicture) {
     EXPECT_THAT(made.error().text(), testing::Says(messages::kCubeOfFaces));
 }
 
+TEST_F(PictureKinds, CompressionsThatAreNewerThanTheReaderAreNamed) {
+    const std::filesystem::path file = folder_.path() / "new.exr";
+    const auto out = OIIO::ImageOutput::create(file.string());
+    ASSERT_TRUE(out->open(file.string(), OIIO::ImageSpec(16, 16, 3, OIIO::TypeDesc::FLOAT)));
+    const std::vector<float> pixels(16 * 16 * 3, 0.5F);
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
+    out->close();
+    std::ifstream stream(file, std::ios::binary);
+    std::string bytes(std::istreambuf_iterator<char>(stream), {});
+    const std::string attribute("compression\0compression\0\1\0\0\0", 28);
+    const size_t at = bytes.find(attribute);
+    ASSERT_NE(at, std::string::npos);
+    // OpenEXR 3.4 writes 10 and 11; no version has 200.
+    for (const auto& [number, name] : {std::pair(11, "HTJ2K32"), std::pair(200, "unknown")}) {
+        bytes[at + attribute.size()] = static_cast<char>(number);
+        folder_.write("new.exr", bytes);
+        const Result<void> made =
+            make_pyramid_file(file, folder_.path() / "out.oftx", {"auto", false});
+        ASSERT_FALSE(made);
+        EXPECT_THAT(made.error().text(),
+                    testing::Says(messages::kExrCompressionNotRead, name, number));
+    }
+}
+
 TEST_F(PictureKinds, ChromaticitiesOfOpenExr) {
     const auto exr = [&](const std::array<float, 8>& corners) {
         const std::filesystem::path file = folder_.path() / "c.exr";
