@@ -116,6 +116,8 @@ Result<void> read_picture(const Arguments& a) {
 Result<void> measurements(const Arguments& a) {
     const Result<SampleTable> table = read_measured(a);
     if (!table) return table.error();
+    if (!table->has_lab)
+        return user_error(fmt::format(messages::kNoColours, a.first), messages::kNoColoursHelp);
     return write_whole_file(
         a.output, format_samples(*table, fmt::format(messages::kMeasuredOf, a.first, a.light)));
 }

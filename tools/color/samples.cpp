@@ -98,10 +98,24 @@ class Parser {
             what.remove_prefix(std::min(what.find_first_not_of(' '), what.size()));
             if (text.starts_with("ILLUMINANT")) light_ = what;
             if (text.starts_with("OBSERVER")) observer_ = what;
+        } else if (first == "MEASUREMENT_SOURCE") {
+            take_source(take_word(&rest));
         } else if (first == "OBSERVER") {
             observer_ = take_word(&rest);
         }
         return {};
+    }
+
+    /// `Illumination=D50 ObserverAngle=2 WhiteBase=Absolute`, as X-Rite's programs have it.
+    void take_source(std::string_view text) {
+        constexpr std::string_view kBetween = " \t,;",
+                                   kLight = "Illumination=", kObserver = "ObserverAngle=";
+        while (!text.empty()) {
+            const std::string_view word = text.substr(0, text.find_first_of(kBetween));
+            text.remove_prefix(std::min(word.size() + 1, text.size()));
+            if (word.starts_with(kLight)) light_ = word.substr(kLight.size());
+            if (word.starts_with(kObserver)) observer_ = word.substr(kObserver.size());
+        }
     }
 
     /// Colours of XYZ and Lab are of D50 and the observer of 2 degrees, if they say what they are of.

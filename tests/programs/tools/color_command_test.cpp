@@ -121,6 +121,7 @@ TEST(ColorCommand, RefusesWhatItCannotUse) {
     const ScratchFolder folder;
     folder.write("no.icc", "this is no profile");
     folder.write("few.csv", "CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n0,0,0,0,95,0,0\n");
+    folder.write("amounts.csv", "CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LCH_L,LCH_C,LCH_H\n0,0,0,0,95,0,0\n");
     struct Refused {
         std::vector<std::string> arguments;
         std::string message;
@@ -133,6 +134,8 @@ TEST(ColorCommand, RefusesWhatItCannotUse) {
          fmt::format(color::messages::kCannotReadBefore, "none.icc")},
         {{"profile", "few.csv", "-o", "a.icc"},
          "few.csv: " + fmt::format(color::messages::kPatchCount, 1, "{}", "{}")},
+        {{"measurements", "amounts.csv", "-o", "a.txt"},
+         fmt::format(color::messages::kNoColours, "amounts.csv")},
         {{"simulate", "few.csv", "few.csv", "-o", "a.txt"},
          fmt::format(color::messages::kUnknownMaterial, "CMYK_C")},
         {{"read", "no.icc", "few.csv", "-o", "a.txt"}, color::messages::kPatchLayoutUnknown},

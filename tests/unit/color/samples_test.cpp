@@ -153,11 +153,14 @@ TEST(Samples, AnotherLightIsRefused) {
     const std::string rows = kHead + "BEGIN_DATA\n1 0 0 0 0 96.42 100 82.49\nEND_DATA\n";
     for (const char* head :
          {"ILLUMINATION_NAME \"D65\"\n", "WEIGHTING_FUNCTION \"ILLUMINANT, D65\"\n",
-          "WEIGHTING_FUNCTION \"OBSERVER, 10 degree\"\n", "OBSERVER \"10\"\n"})
+          "WEIGHTING_FUNCTION \"OBSERVER, 10 degree\"\n", "OBSERVER \"10\"\n",
+          "MEASUREMENT_SOURCE \"Illumination=D65\tObserverAngle=2\"\n",
+          "MEASUREMENT_SOURCE \"Illumination=D50 ObserverAngle=10 Filter=U\"\n"})
         EXPECT_THAT(refusal(head + rows), testing::Says(messages::kOtherLight)) << head;
     for (const char* head :
          {"ILLUMINATION_NAME \"D50\"\n", "WEIGHTING_FUNCTION \"ILLUMINANT, D50\"\n",
-          "WEIGHTING_FUNCTION \"OBSERVER, 2 degree\"\n", "INSTRUMENTATION \"D65, 10\"\n"})
+          "WEIGHTING_FUNCTION \"OBSERVER, 2 degree\"\n", "INSTRUMENTATION \"D65, 10\"\n",
+          "MEASUREMENT_SOURCE \"Illumination=D50\tObserverAngle=2\tWhiteBase=Absolute\"\n"})
         EXPECT_EQ(refusal(head + rows), "") << head;
 }
 
