@@ -14,6 +14,7 @@
 #include "backends/formats/formats.h"
 #include "backends/preview/preview.h"
 #include "backends/stream/stream_sink.h"
+#include "base/text.h"
 #include "program/grid_options.h"
 #include "program/messages.h"
 
@@ -161,6 +162,23 @@ std::string lost_mixtures(const pipeline::PrintStatistics& statistics, const std
         static_cast<double>(std::max(statistics.voxels_solid, statistics.voxels_mixed));
     return fmt::format(messages::kMixturesAreLost,
                        100 * static_cast<double>(statistics.voxels_mixed) / all);
+}
+
+std::string left_out_of_grey(const pipeline::PrintStatistics& statistics,
+                             const pipeline::PrintInfo& info, const std::string& grey_material,
+                             const backends::Format* format) {
+    if (format == nullptr || !format->of_fractions || !grey_material.empty()) return {};
+    std::string names;
+    for (size_t m = 1; m < info.materials.size(); ++m) {
+        const bool is_there = m + 1 < statistics.voxels_by_code.size() &&
+                              statistics.voxels_by_code[m + 1] > 0 &&
+                              static_cast<int32_t>(m + 1) != info.support_code;
+        if (is_there)
+            names +=
+                fmt::format("{}`{}`", names.empty() ? "" : ", ", printable(info.materials[m].name));
+    }
+    if (names.empty()) return {};
+    return fmt::format(messages::kLeftOutOfGrey, printable(info.materials.front().name), names);
 }
 
 Result<const Format*> choose_format(const OutputOptions& options, const world::Printer& printer) {

@@ -29,6 +29,12 @@ bool has_mesh_colors(const backends::Format* format, const world::Printer& print
 std::string lost_mixtures(const pipeline::PrintStatistics& statistics, const std::string& dither,
                           const backends::Format* format, const world::Printer& printer);
 
+/// Returns the note for materials of the print that are not in its grey pictures, which are of one; empty where
+/// there are none, or that one, `grey_material`, was chosen.
+std::string left_out_of_grey(const pipeline::PrintStatistics& statistics,
+                             const pipeline::PrintInfo& info, const std::string& grey_material,
+                             const backends::Format* format);
+
 /// Returns the format of the output: from --format, else by OUT's extension, else the printer's
 /// own; null where only previews are written. Fails with a usage error for an extension that
 /// contradicts, an unknown format, or what the format cannot do.

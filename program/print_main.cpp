@@ -146,6 +146,10 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
     if (const std::string lost = lost_mixtures(statistics, options.dither, format, printer);
         !lost.empty())
         progress.note(lost);
+    if (const std::string left =
+            left_out_of_grey(statistics, print->info(), options.grey_material, format);
+        !left.empty())
+        progress.note(left);
     if (progress.sums_up()) show_summary(statistics, print->info(), options);
     return written;
 }
