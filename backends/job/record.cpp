@@ -26,10 +26,6 @@ namespace fs = std::filesystem;
 /// Of a print that is stopped and resumed again and again, the last ones tell enough.
 constexpr size_t kMostEvents = 1000;
 
-std::string json_of(std::string_view text) {
-    return JsonText().value(text).take();
-}
-
 std::string time_text() {
     const std::time_t now = std::time(nullptr);
     std::tm utc{};
@@ -118,7 +114,7 @@ Record::Record(fs::path file, Facts facts, bool resumed)
 
 std::string Record::event(const char* what, const std::string& more) const {
     return fmt::format(R"({{"event":"{}","time":"{}","host":{},"process":{},"slices":{}{}}})", what,
-                       time_text(), json_of(host_name()), ::getpid(), written_, more);
+                       time_text(), json_string(host_name()), ::getpid(), written_, more);
 }
 
 void Record::start(const pipeline::PrintInfo& info, int32_t kept, const std::string& from) {
@@ -138,10 +134,10 @@ void Record::start(const pipeline::PrintInfo& info, int32_t kept, const std::str
         if (const JsonValue* forgotten = member_of(*before, "events_forgotten"))
             forgotten_ = static_cast<int64_t>(forgotten->number);
         for (const std::string& name : changed_inputs(*before, facts_.inputs))
-            changed += (changed.empty() ? "" : ",") + json_of(name);
+            changed += (changed.empty() ? "" : ",") + json_string(name);
     }
     std::string more = fmt::format(R"(,"process_start":{})", start_of_process(::getpid()));
-    if (!from.empty()) more += R"(,"from":)" + json_of(from);
+    if (!from.empty()) more += R"(,"from":)" + json_string(from);
     if (!changed.empty()) more += R"(,"changed_inputs":[)" + changed + "]";
     events_.push_back(event(events_.empty() ? "start" : "resume", more));
     started_ = true;
@@ -154,10 +150,10 @@ void Record::stop(const StopReason& reason) {
     if (!started_ || ended_) return;
     if (stopped_) events_.pop_back();
     stopped_ = true;
-    std::string more = fmt::format(R"(,"by":{})", json_of(reason.by));
-    if (!reason.signal.empty()) more += R"(,"signal":)" + json_of(reason.signal);
+    std::string more = fmt::format(R"(,"by":{})", json_string(reason.by));
+    if (!reason.signal.empty()) more += R"(,"signal":)" + json_string(reason.signal);
     if (reason.sender > 0) more += fmt::format(R"(,"sender":{})", reason.sender);
-    if (!reason.error.empty()) more += R"(,"error":)" + json_of(reason.error);
+    if (!reason.error.empty()) more += R"(,"error":)" + json_string(reason.error);
     if (info_.slice_begin + written_ < info_.slice_end)
         more += fmt::format(R"(,"slice":{})", info_.slice_begin + written_);
     events_.push_back(event("stop", more));
@@ -171,7 +167,7 @@ void Record::complete(uint64_t hash) {
     hash_ = fmt::format("{:016x}", hash);
     std::string changed;
     for (const std::string& name : changed_since(facts_.inputs))
-        changed += (changed.empty() ? "" : ",") + json_of(name);
+        changed += (changed.empty() ? "" : ",") + json_string(name);
     std::string more = fmt::format(R"(,"hash":"{}")", hash_);
     if (!changed.empty()) more += R"(,"changed_inputs":[)" + changed + "]";
     events_.push_back(event("complete", more));
@@ -199,8 +195,8 @@ void Record::write(const std::string& state) {
         ++forgotten_;
     }
     const auto input = [](const Input& each) {
-        return fmt::format(R"({{"path":{},"bytes":{},"sha256":"{}"}})", json_of(each.path.string()),
-                           each.bytes, each.sha256);
+        return fmt::format(R"({{"path":{},"bytes":{},"sha256":"{}"}})",
+                           json_string(each.path.string()), each.bytes, each.sha256);
     };
     const auto same = [](const std::string& each) { return each; };
     std::string text = fmt::format(
@@ -209,15 +205,16 @@ void Record::write(const std::string& state) {
         "  \"hash\": {},\n  \"slices\": {{\"first\": {}, \"end\": {}, \"of\": {}, \"written\": "
         "{}}},\n"
         "  \"events\": {},\n  \"events_forgotten\": {},\n",
-        json_of(info_.title), state, hash_.empty() ? "null" : json_of(hash_), info_.slice_begin,
-        info_.slice_end, info_.size.z, written_, lines(events_, same), forgotten_);
+        json_string(info_.title), state, hash_.empty() ? "null" : json_string(hash_),
+        info_.slice_begin, info_.slice_end, info_.size.z, written_, lines(events_, same),
+        forgotten_);
     text += fmt::format(
         "  \"output_format\": {},\n  \"printer\": {{\"name\": {}, \"sha256\": {}}},\n  "
         "\"provenance\": {},\n"
         "  \"folder\": {},\n  \"options\": {},\n  \"compilation\": {},\n  \"programs\": {},\n"
         "  \"inputs\": {}\n}}\n",
-        json_of(facts_.format), json_of(facts_.printer), json_of(facts_.printer_sha256),
-        provenance_json(info_), json_of(facts_.folder.string()), words_json(facts_.options),
+        json_string(facts_.format), json_string(facts_.printer), json_string(facts_.printer_sha256),
+        provenance_json(info_), json_string(facts_.folder.string()), words_json(facts_.options),
         facts_.compilation ? words_json(*facts_.compilation) : "null",
         programs_json(facts_.programs), lines(facts_.inputs, input));
     const Result<void> written = backends::write_whole_file(file_, text);

@@ -11,6 +11,7 @@
 
 #include "base/input_file.h"
 #include "base/json.h"
+#include "base/json_text.h"
 #include "texture/nrrd_header.h"
 #include "tools/openfab/import_looks.h"
 #include "tools/openfab/import_notes.h"
@@ -130,9 +131,9 @@ Result<void> Importer::bind_field(const FieldFablet& field, ObjectText* object) 
 void Importer::bind_lattice(const mesh::LatticeInfo& lattice) {
     ObjectText object;
     object.name = object_names_.unique(alone() ? fs::path(file_).stem().string() : lattice.name);
-    object.mesh = fmt::format("{{\"beams\": {}", json_text(file_));
+    object.mesh = fmt::format("{{\"beams\": {}", json_string(file_));
     if (options_.lattices.size() > 1)
-        object.mesh += fmt::format(", \"body\": {}", json_text(lattice.name));
+        object.mesh += fmt::format(", \"body\": {}", json_string(lattice.name));
     object.mesh += unit_text() + "}";
     object.fablet = "beams";
     lists_.use(object.fablet);
@@ -160,7 +161,7 @@ void Importer::uniform(const std::string& name, const std::string& value) {
 }
 
 void Importer::material(const char* name, const char* wanted, const LinearColor& color) {
-    uniform(name, json_text(materials_.of(wanted, wanted, color)));
+    uniform(name, json_string(materials_.of(wanted, wanted, color)));
 }
 
 Result<void> Importer::bind_void() {
@@ -191,7 +192,7 @@ Result<void> Importer::bind_profile() {
 void Importer::bind_materials(const std::string& fablet, const std::vector<std::string>& names) {
     std::vector<std::string> texts;
     for (const std::string& name : names)
-        texts.push_back(json_text(name));
+        texts.push_back(json_string(name));
     lists_.add(objects_.size(), fablet, "materials", std::move(texts));
 }
 
@@ -214,8 +215,8 @@ std::string Importer::unit_text() const {
 }
 
 std::string Importer::mesh_text(const mesh::LoadedMesh& body) const {
-    std::string text = fmt::format("{{\"file\": {}", json_text(file_));
-    if (!alone()) text += fmt::format(", \"body\": {}", json_text(body.body));
+    std::string text = fmt::format("{{\"file\": {}", json_string(file_));
+    if (!alone()) text += fmt::format(", \"body\": {}", json_string(body.body));
     text += unit_text();
     if (options_.y_up) text += ", \"up\": \"y\"";
     const Vec3d& at = loaded_.origin_mm;

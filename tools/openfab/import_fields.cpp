@@ -10,6 +10,7 @@
 
 #include "base/affine.h"
 #include "base/input_file.h"
+#include "base/json_text.h"
 #include "base/text.h"
 #include "mesh/load/jailed.h"
 #include "mesh/read/threemf_shapes.h"
@@ -218,9 +219,9 @@ void without_fields(std::vector<mesh::LeftOut>* left_out) {
 void bind_inks(ImportMaterials* materials, UniformTexts* uniforms) {
     materials->add_inks();
     for (const char* ink : {"cyan", "magenta", "yellow", "black"})
-        uniforms->emplace_back(ink, json_text(materials->of(std::string("ink ") + ink, ink, {})));
+        uniforms->emplace_back(ink, json_string(materials->of(std::string("ink ") + ink, ink, {})));
     uniforms->emplace_back("white",
-                           json_text(materials->of("white", "white", LinearColor{1, 1, 1})));
+                           json_string(materials->of("white", "white", LinearColor{1, 1, 1})));
 }
 
 Result<void> FieldBinder::bind(const FieldFablet& field, ObjectText* object,
@@ -230,21 +231,21 @@ Result<void> FieldBinder::bind(const FieldFablet& field, ObjectText* object,
         const std::string name = one.name.empty() ? object->name : one.name;
         object->uniforms.emplace_back(
             one.uniform,
-            json_text(one.color ? materials_.of(fmt::format("field {} {}", one.name,
-                                                            list_of(*one.color, number)),
-                                                one.name.empty() ? "material" : name, *one.color)
-                                : materials_.grey(name)));
+            json_string(one.color ? materials_.of(fmt::format("field {} {}", one.name,
+                                                              list_of(*one.color, number)),
+                                                  one.name.empty() ? "material" : name, *one.color)
+                                  : materials_.grey(name)));
     }
     if (field.inks) bind_inks(&materials_, &object->uniforms);
     for (const FieldImage& image : field.images) {
         const Result<std::string> texture = pictures_.add_volume(image);
         if (!texture) return texture.error();
-        object->uniforms.emplace_back(image.uniform, json_text(*texture));
+        object->uniforms.emplace_back(image.uniform, json_string(*texture));
     }
     for (const FieldMap& map : field.maps) {
         const Result<std::string> texture = pictures_.add_map(map);
         if (!texture) return texture.error();
-        object->uniforms.emplace_back(map.uniform, json_text(*texture));
+        object->uniforms.emplace_back(map.uniform, json_string(*texture));
     }
     if (field.most_displacement_mm > 0)
         object->most_displacement_mm = 1.0001 * field.most_displacement_mm;
@@ -252,8 +253,8 @@ Result<void> FieldBinder::bind(const FieldFablet& field, ObjectText* object,
         const std::string name = field.fablet + "_" + mesh.name + (mesh.is_beams ? ".txt" : ".obj");
         files_.push_back({name, std::make_shared<const std::string>(mesh.obj)});
         const std::string text =
-            mesh.is_beams ? fmt::format("{{\"beams\": {}}}", json_text(name))
-                          : fmt::format("{{\"file\": {}, \"unit\": \"mm\"}}", json_text(name));
+            mesh.is_beams ? fmt::format("{{\"beams\": {}}}", json_string(name))
+                          : fmt::format("{{\"file\": {}, \"unit\": \"mm\"}}", json_string(name));
         if (mesh.uniform.empty()) {
             object->mesh = text;
             continue;
@@ -264,7 +265,7 @@ Result<void> FieldBinder::bind(const FieldFablet& field, ObjectText* object,
         helper.fablet = kAsked;
         helper.priority = object->priority;
         helper.support = false;
-        object->uniforms.emplace_back(mesh.uniform, json_text(helper.name));
+        object->uniforms.emplace_back(mesh.uniform, json_string(helper.name));
         helpers->push_back(std::move(helper));
     }
     // What is void takes no voxels from what asks about it.
@@ -279,7 +280,7 @@ Result<void> FieldBinder::bind(const FieldFablet& field, ObjectText* object,
             return list_of(std::array{v.x, v.y, v.z}, number);
         };
         object->mesh =
-            fmt::format("{{\"shape\": {}, \"box_mm\": [{}, {}]}}", json_text(field.fablet),
+            fmt::format("{{\"shape\": {}, \"box_mm\": [{}, {}]}}", json_string(field.fablet),
                         corner(field.box_mm->lo), corner(field.box_mm->hi));
     }
     if (!sources_.insert(field.fablet).second) return {};

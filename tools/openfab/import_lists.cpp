@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/openfab/import_lists.h"
+#include "base/json_text.h"
 
 #include <algorithm>
 
@@ -45,7 +46,7 @@ void ImportLists::write(std::vector<ObjectText>* objects) {
     for (const auto& [object, names] : maps_) {
         std::vector<std::string> texts;
         for (const std::string& name : names)
-            texts.push_back(json_text(name));
+            texts.push_back(json_string(name));
         first[object].emplace_back("maps", padded(texts, counts_.at("textured").maps));
     }
     for (auto& [object, mixture] : mixtures_) {
@@ -55,7 +56,7 @@ void ImportLists::write(std::vector<ObjectText>* objects) {
         for (const auto& group : mixture) {
             for (size_t p = 0; p < counts.parts; ++p) {
                 const bool real = p < group.size();
-                names.push_back(json_text(real ? group[p].first : group[0].first));
+                names.push_back(json_string(real ? group[p].first : group[0].first));
                 shares.push_back(number(real ? group[p].second : 0));
             }
         }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/color.h"
+#include "base/json_text.h"
 
 namespace openfab::tools {
 
@@ -39,7 +40,7 @@ std::string ImportMaterials::add(const std::string& name, const LinearColor& lin
     std::string unique = names_.unique(name == "VOID" ? "void" : name);
     const auto opacity = static_cast<int>(std::lround(255 * std::clamp(alpha, 0.0, 1.0)));
     lines_.push_back(fmt::format("{}: {{\"key\": \"{}\", \"preview\": \"{}{:02x}\"}}",
-                                 json_text(unique), hex(free_key(key)),
+                                 json_string(unique), hex(free_key(key)),
                                  hex(key == kPaper ? kOffWhite : key), opacity));
     return unique;
 }

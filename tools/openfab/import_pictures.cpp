@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/openfab/import_pictures.h"
+#include "base/json_text.h"
 
 #include <fmt/format.h>
 
@@ -98,12 +99,12 @@ std::string ImportPictures::add_as(const std::string& name, const SharedBytes& b
             file->second = texture + plain.extension().string();
             files_.push_back({file->second, bytes});
         }
-        lines_.push_back(
-            fmt::format("{}: {{\"file\": {}{}{}{}}}", json_text(texture), json_text(file->second),
-                        wrap_text(way.wrap), way.nearest ? ", \"filter\": \"nearest\"" : "",
-                        luminance    ? ", \"space\": \"data\", \"channels\": \"luminance\""
-                        : way.opaque ? ", \"channels\": \"opaque\""
-                                     : ""));
+        lines_.push_back(fmt::format(
+            "{}: {{\"file\": {}{}{}{}}}", json_string(texture), json_string(file->second),
+            wrap_text(way.wrap), way.nearest ? ", \"filter\": \"nearest\"" : "",
+            luminance    ? ", \"space\": \"data\", \"channels\": \"luminance\""
+            : way.opaque ? ", \"channels\": \"opaque\""
+                         : ""));
         return texture;
     };
     if (!fresh_file) {
@@ -138,7 +139,7 @@ Result<std::string> ImportPictures::add_volume(const FieldImage& image) {
     lines_.push_back(fmt::format(
         "{}: {{\"file\": \"{}/sheet_*.png\", \"origin_mm\": [0, 0, 0], \"spacing_mm\": [{:.12g}, "
         "{:.12g}, {:.12g}], \"wrap\": \"{}\"{}, \"space\": \"data\"}}",
-        json_text(known->second), stack->second, part(image.size[0]), part(image.size[1]),
+        json_string(known->second), stack->second, part(image.size[0]), part(image.size[1]),
         part(image.size[2]), image.repeats ? "repeat" : "clamp",
         image.nearest ? ", \"filter\": \"nearest\"" : ""));
     return known->second;
@@ -160,16 +161,16 @@ Result<std::string> ImportPictures::add_map(const FieldMap& map) {
     for (mesh::PictureWrap& one : wrap)
         one = one == mesh::PictureWrap::kNone ? mesh::PictureWrap::kClamp : one;
     lines_.push_back(fmt::format("{}: {{\"file\": {}{}{}, \"space\": \"data\"}}",
-                                 json_text(texture), json_text(files_.back().name), wrap_text(wrap),
-                                 map.nearest ? ", \"filter\": \"nearest\"" : ""));
+                                 json_string(texture), json_string(files_.back().name),
+                                 wrap_text(wrap), map.nearest ? ", \"filter\": \"nearest\"" : ""));
     return texture;
 }
 
 std::string ImportPictures::add_file(const std::string& name, const std::string& extension,
                                      SharedBytes bytes) {
     const std::string texture = names_.unique(name);
-    lines_.push_back(
-        fmt::format("{}: {{\"file\": {}}}", json_text(texture), json_text(texture + extension)));
+    lines_.push_back(fmt::format("{}: {{\"file\": {}}}", json_string(texture),
+                                 json_string(texture + extension)));
     files_.push_back({texture + extension, std::move(bytes)});
     return texture;
 }

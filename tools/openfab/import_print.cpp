@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "backends/read/gcvf_print.h"
+#include "base/json_text.h"
 #include "base/messages.h"
 #include "base/replace_file.h"
 #include "base/say.h"
@@ -69,7 +70,7 @@ std::string printer_text(const std::string& name, const pipeline::PrintInfo& inf
     constexpr double kMillimetresAnInch = 25.4, kMicrometres = 1000;
     return fmt::format(
         "{{\"name\": {}, \"dpi\": [{}, {}], \"layer_um\": {}, \"max_materials\": {}}}\n",
-        json_text(name), number(kMillimetresAnInch / info.pitch_mm.x),
+        json_string(name), number(kMillimetresAnInch / info.pitch_mm.x),
         number(kMillimetresAnInch / info.pitch_mm.y), number(kMicrometres * info.pitch_mm.z),
         info.materials.size());
 }
@@ -80,14 +81,14 @@ std::string world_text(const pipeline::PrintInfo& info, const std::string& stem,
     Names names;
     for (size_t m = 0; m < info.materials.size(); ++m) {
         const pipeline::SliceMaterial& material = info.materials[m];
-        const std::string name = json_text(names.unique(
+        const std::string name = json_string(names.unique(
             material.name.empty() ? fmt::format("material {}", m + 1) : material.name));
         const auto& [r, g, b, alpha] = material.key;
         std::string more;
         if (material.density_g_cm3 > 0)
             more += fmt::format(", \"density_g_cm3\": {}", number(material.density_g_cm3));
         if (!material.channel.empty())
-            more += fmt::format(", \"channel\": {}", json_text(material.channel));
+            more += fmt::format(", \"channel\": {}", json_string(material.channel));
         materials += fmt::format(
             "{}{}: {{\"key\": \"#{:02x}{:02x}{:02x}\", \"preview\": "
             "\"#{:02x}{:02x}{:02x}{:02x}\"{}}}",
@@ -99,7 +100,7 @@ std::string world_text(const pipeline::PrintInfo& info, const std::string& stem,
     const Vec3d size = size_mm(info), middle{size.x / 2, size.y / 2, 0};
     const Vec3d lowest{info.origin_mm.x, info.origin_mm.y,
                        info.origin_mm.z + info.slice_begin * info.pitch_mm.z};
-    const std::string name = json_text(stem);
+    const std::string name = json_string(stem);
     return fmt::format(
         "{{\n    \"$schema\": \"fab_world.schema.json\",\n    \"openfab\": 1,\n    \"printer\": "
         "{},\n"
@@ -113,7 +114,7 @@ std::string world_text(const pipeline::PrintInfo& info, const std::string& stem,
         "{{\"codes\": "
         "\"codes\"{}}}}}}},\n"
         "    \"build\": [{{\"object\": {}, \"translate_mm\": {}}}]\n}}\n",
-        json_text(printer), json_text(stem + ".fl"), materials, json_text(file),
+        json_string(printer), json_string(stem + ".fl"), materials, json_string(file),
         three({-middle.x, -middle.y, 0}), three(size), name, uniforms, name,
         three(lowest + middle));
 }

@@ -13,6 +13,7 @@
 
 #include "base/input_file.h"
 #include "base/json.h"
+#include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/replace_file.h"
 #include "base/say.h"
@@ -86,7 +87,7 @@ std::string world_text(const Segmentation& scan, const std::string& file,
                                         number(y + 0.01), number(z + 0.01));
     int32_t priority = 0;
     for (const Segment& segment : scan.segments) {
-        const std::string name = json_text(segment.name),
+        const std::string name = json_string(segment.name),
                           comma = priority == 0 ? "" : ",\n        ";
         fablets += fmt::format(
             "{}{}: {{\"source\": \"stock_segment.fl\", \"fablet\": \"Segment\", \"uniforms\": "
@@ -96,7 +97,7 @@ std::string world_text(const Segmentation& scan, const std::string& file,
         textures += fmt::format(
             "{}{}: {{\"file\": {}, \"segment\": {}, \"origin_mm\": [0, 0, 0], \"wrap\": \"black\", "
             "\"filter\": \"trilinear\"}}",
-            comma, name, json_text(file), segment.number);
+            comma, name, json_string(file), segment.number);
         meshes += fmt::format("{}{}: {{\"shape\": {}, \"box_mm\": {}}}", comma, name, name, box);
         objects += fmt::format("{}{}: {{\"mesh\": {}, \"fablet\": {}, \"priority\": {}}}", comma,
                                name, name, name, ++priority);
@@ -108,7 +109,7 @@ std::string world_text(const Segmentation& scan, const std::string& file,
         "    \"fablets\": {{\n        {}\n    }},\n    \"materials\": {{\n        {}\n    }},\n"
         "    \"textures\": {{\n        {}\n    }},\n    \"meshes\": {{\n        {}\n    }},\n"
         "    \"objects\": {{\n        {}\n    }},\n    \"build\": [\n        {}\n    ]\n}}\n",
-        json_text(printer), fablets, materials, textures, meshes, objects, build);
+        json_string(printer), fablets, materials, textures, meshes, objects, build);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 
 #include "base/input_file.h"
 #include "base/json.h"
+#include "base/json_text.h"
 #include "tools/openfab/import_looks.h"
 #include "tools/openfab/importer.h"
 #include "tools/openfab/messages.h"
@@ -48,7 +49,7 @@ Result<void> Importer::bind_fablet(const mesh::LoadedMesh& body, BodyLook* look)
     const Bind bind = kBinds[static_cast<size_t>(&stock - kStockFablets)];
     if (Result<void> bound = (this->*bind)(body, look); !bound) return bound;
     if (!stock.inks) return {};
-    if (!profile_.empty()) uniform("profile", json_text(profile_));
+    if (!profile_.empty()) uniform("profile", json_string(profile_));
     bind_inks(&materials_, uniforms_);
     return {};
 }
@@ -226,7 +227,7 @@ Result<void> Importer::bind_first_picture(const mesh::LoadedMesh& body, bool cla
     if (!options_.picture.empty()) {
         const Result<std::string> texture = own_picture(clamp, luminance);
         if (!texture) return texture.error();
-        uniform("map", json_text(*texture));
+        uniform("map", json_string(*texture));
         return {};
     }
     for (const int32_t look : body.look_of) {
@@ -235,7 +236,7 @@ Result<void> Importer::bind_first_picture(const mesh::LoadedMesh& body, bool cla
         if (clamp) use.wrap = {mesh::PictureWrap::kClamp, mesh::PictureWrap::kClamp};
         const std::string texture = pictures_.add(use, luminance, &out_.notes);
         if (texture.empty()) continue;
-        uniform("map", json_text(texture));
+        uniform("map", json_string(texture));
         return {};
     }
     return no_picture(body);

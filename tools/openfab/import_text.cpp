@@ -32,7 +32,7 @@ std::string join(const std::vector<std::string>& all) {
 std::vector<std::string> texts_of(const UniformTexts& uniforms) {
     std::vector<std::string> all;
     for (const auto& [name, value] : uniforms)
-        all.push_back(fmt::format("{}: {}", json_text(name), value));
+        all.push_back(fmt::format("{}: {}", json_string(name), value));
     return all;
 }
 
@@ -70,9 +70,9 @@ std::string text_of_uniforms(const UniformTexts& uniforms) {
 
 /// On one line where that is short.
 std::string text_of_thing(const std::string& name, const std::vector<std::string>& members) {
-    std::string line = fmt::format("{}: {{{}}}", json_text(name), join(members));
+    std::string line = fmt::format("{}: {{{}}}", json_string(name), join(members));
     if (line.size() + 9 <= kLineLength && line.find('\n') == std::string::npos) return line;
-    return fmt::format("{}: {{\n{}\n        }}", json_text(name), lines(members, "            "));
+    return fmt::format("{}: {{\n{}\n        }}", json_string(name), lines(members, "            "));
 }
 
 std::string text_of_fablet(const std::string& name, const UniformTexts& uniforms) {
@@ -86,7 +86,7 @@ std::string text_of_fablet(const std::string& name, const UniformTexts& uniforms
 
 std::string text_of(const ObjectText& object) {
     std::vector<std::string> all;
-    all.push_back(fmt::format("\"mesh\": {}", json_text(object.name)));
+    all.push_back(fmt::format("\"mesh\": {}", json_string(object.name)));
     all.push_back(fmt::format("\"fablet\": \"{}\"", object.fablet));
     if (object.priority != 0) all.push_back(fmt::format("\"priority\": {}", object.priority));
     if (!object.support) all.emplace_back("\"support\": false");
@@ -98,10 +98,6 @@ std::string text_of(const ObjectText& object) {
 }
 
 }  // namespace
-
-std::string json_text(std::string_view text) {
-    return JsonText().value(text).take();
-}
 
 std::string number(double value) {
     std::string text = fmt::format("{:.5f}", value);
@@ -138,22 +134,22 @@ std::string WorldText::str() const {
         sources.push_back(text_of_thing(name, {fmt::format("\"source\": \"{}.fl\"", name),
                                                fmt::format("\"fablet\": \"{}\"", name)}));
     for (const ObjectText& object : short_ones) {
-        meshes.push_back(fmt::format("{}: {}", json_text(object.name), object.mesh));
+        meshes.push_back(fmt::format("{}: {}", json_string(object.name), object.mesh));
         texts.push_back(text_of(object));
-        placed.push_back(fmt::format("{{\"object\": {}}}", json_text(object.name)));
+        placed.push_back(fmt::format("{{\"object\": {}}}", json_string(object.name)));
     }
     const bool alone = objects.size() == 1;
     std::string groups;
     if (!alone) {
         groups = fmt::format("    \"groups\": {{\n        {}: [\n{}\n        ]\n    }},\n",
-                             json_text(group), lines(placed, "            "));
+                             json_string(group), lines(placed, "            "));
     }
-    const std::string what = alone ? fmt::format("\"object\": {}", json_text(objects[0].name))
-                                   : fmt::format("\"group\": {}", json_text(group));
+    const std::string what = alone ? fmt::format("\"object\": {}", json_string(objects[0].name))
+                                   : fmt::format("\"group\": {}", json_string(group));
     return fmt::format(
         "{{\n    \"$schema\": \"fab_world.schema.json\",\n    \"openfab\": 1,\n    \"printer\": "
         "{},\n{}{}{}{}{}{}    \"build\": [{{{}{}, \"translate_mm\": {}}}]\n}}\n",
-        json_text(printer), section("fablets", sources), section("materials", materials),
+        json_string(printer), section("fablets", sources), section("materials", materials),
         section("textures", textures), section("meshes", meshes), section("objects", texts), groups,
         what, scale == 1 ? "" : fmt::format(", \"scale\": {:.9g}", scale), translate);
 }

@@ -12,9 +12,6 @@
 
 namespace openfab::tools {
 
-/// Quotes a JSON string. Names come from files and may contain anything.
-std::string json_text(std::string_view text);
-
 /// Formats a number with at most 5 decimals.
 std::string number(double value);
 

@@ -25,7 +25,7 @@ std::string on_one_line(const JsonValue& value) {
         case JsonKind::kNumber:
             return fmt::format("{}", value.number);
         case JsonKind::kString:
-            return quoted(value.text);
+            return json_string(value.text);
         case JsonKind::kArray: {
             std::string out = "[";
             for (size_t i = 0; i < value.items.size(); ++i)
@@ -35,7 +35,7 @@ std::string on_one_line(const JsonValue& value) {
         case JsonKind::kObject: {
             std::string out = "{";
             for (size_t i = 0; i < value.members.size(); ++i)
-                out += (i > 0 ? ", " : "") + quoted(value.members[i].key) + ": " +
+                out += (i > 0 ? ", " : "") + json_string(value.members[i].key) + ": " +
                        on_one_line(value.members[i].value);
             return out + "}";
         }
@@ -58,7 +58,7 @@ void append(const JsonValue& value, size_t indent, size_t before, std::string* o
         if (array) {
             append(value.items[i], indent + 4, 0, out);
         } else {
-            const std::string key = quoted(value.members[i].key) + ": ";
+            const std::string key = json_string(value.members[i].key) + ": ";
             *out += key;
             append(value.members[i].value, indent + 4, key.size(), out);
         }
@@ -109,12 +109,6 @@ JsonValue node(const pieces::Tree& tree, int32_t at) {
 }
 
 }  // namespace
-
-std::string quoted(const std::string& text) {
-    JsonText out;
-    out.value(text);
-    return out.take();
-}
 
 JsonValue json_of(double number) {
     JsonValue out;

@@ -11,9 +11,6 @@
 
 namespace openfab::tools {
 
-/// Returns a text of JSON.
-std::string quoted(const std::string& text);
-
 JsonValue json_of(double number);
 JsonValue json_of(const std::string& text);
 JsonValue json_of(const Vec3d& v);

@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/openfab/split.h"
+#include "base/json_text.h"
 
 #include <fmt/format.h>
 
@@ -320,7 +321,8 @@ class Splitter {
                 !made)
                 return made;
             show(fmt::format(messages::kCutsToEdit, path.string(), object.name));
-            if (const Result<void> set = text_.set_of_object(object.name, "pieces", quoted(file));
+            if (const Result<void> set =
+                    text_.set_of_object(object.name, "pieces", json_string(file));
                 !set)
                 return set;
         }

@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/openfab/tray_worlds.h"
+#include "base/json_text.h"
 
 #include <fmt/format.h>
 
@@ -243,7 +244,7 @@ class TrayWriter {
         if (done) done = text.remove("arrange");
         if (!options_.machine.printer.empty()) {
             if (done) done = text.set("tray", "\"corner\"");
-            if (done) done = text.set("printer", quoted(options_.machine.printer));
+            if (done) done = text.set("printer", json_string(options_.machine.printer));
         }
         const size_t count = build.items.size();
         if (done) done = text.set("build", text_in_world(build, std::string_view("build").size()));

@@ -47,12 +47,6 @@ size_t end_of_value(std::string_view text, size_t at) {
     return at;
 }
 
-std::string as_json(std::string_view text) {
-    JsonText out;
-    out.value(text);
-    return out.take();
-}
-
 /// Calls `each` with what a path of world_paths() leads to; `*` is any member, `[]` any item.
 void find_values(const JsonValue& value, std::span<const std::string_view> path,
                  const std::function<void(const JsonValue&)>& each) {
@@ -139,7 +133,8 @@ WorldEdit::Change WorldEdit::first_member(const JsonValue& object,
 WorldEdit::Change WorldEdit::value_of_member(const JsonValue& object, std::string_view key,
                                              std::string_view value) const {
     const JsonValue* const there = member_of(object, key);
-    if (there == nullptr) return first_member(object, fmt::format("{}: {}", as_json(key), value));
+    if (there == nullptr)
+        return first_member(object, fmt::format("{}: {}", json_string(key), value));
     const size_t begin = offset_of(there->line, there->column);
     return {begin, end_of_value(text_, begin), std::string(value)};
 }
@@ -159,7 +154,7 @@ Result<void> WorldEdit::set_uniform(std::string_view object, std::string_view un
     const JsonValue* const uniforms = member_of(**named, "uniforms");
     if (uniforms == nullptr) {
         return apply({first_member(
-            **named, fmt::format("\"uniforms\": {{{}: {}}}", as_json(uniform), value))});
+            **named, fmt::format("\"uniforms\": {{{}: {}}}", json_string(uniform), value))});
     }
     if (!uniforms->is(JsonValue::Kind::kObject))
         return user_error(fmt::format(messages::kUniformsNoObject, name_, object));
@@ -197,7 +192,7 @@ Result<void> WorldEdit::set_entry(std::string_view section, std::string_view key
     const JsonValue* const entries = member_of(tree_, section);
     if (entries == nullptr) {
         return apply({first_member(
-            tree_, fmt::format("{}: {{{}: {}}}", as_json(section), as_json(key), value))});
+            tree_, fmt::format("{}: {{{}: {}}}", json_string(section), json_string(key), value))});
     }
     if (!entries->is(JsonValue::Kind::kObject))
         return user_error(fmt::format(messages::kSectionIsNoObject, name_, section));
@@ -213,7 +208,7 @@ Result<void> WorldEdit::rename_uniform(std::string_view section, std::string_vie
     for (const JsonMember& member : bound->members) {
         if (member.key != from) continue;
         const size_t begin = offset_of(member.line, member.column);
-        return apply({{begin, end_of_value(text_, begin), as_json(to)}});
+        return apply({{begin, end_of_value(text_, begin), json_string(to)}});
     }
     return {};
 }
@@ -251,7 +246,8 @@ Result<void> WorldEdit::rewrite_paths(const std::function<fs::path(const fs::pat
     for (const JsonValue* const value : path_values()) {
         if (fs::path(value->text).is_absolute()) continue;
         const size_t at = offset_of(value->line, value->column);
-        changes.push_back({at, end_of_value(text_, at), as_json(rewrite(value->text).string())});
+        changes.push_back(
+            {at, end_of_value(text_, at), json_string(rewrite(value->text).string())});
     }
     return apply(std::move(changes));
 }
