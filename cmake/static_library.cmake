@@ -1,8 +1,12 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
 # Print binaries run on machines that have nothing installed, so compressors, parsers and hashes are linked statically
-# where the system has an archive.
+# where the system has an archive. The Python extension is a shared library itself, and a system's archives need not be
+# position independent (libexpat.a of Debian 13 is not): it gets the shared ones.
 function(openfab_static_library target header archive shared)
+    if(OPENFAB_PYTHON)
+        set(archive)
+    endif()
     find_library(${target}_FILE NAMES ${archive} ${shared})
     find_path(${target}_INCLUDE ${header})
     if(NOT ${target}_FILE OR NOT ${target}_INCLUDE)

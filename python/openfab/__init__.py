@@ -35,7 +35,7 @@ from .previewing import preview
 from .primitives import Primitive, box, capsule, cone, cylinder, extrusion, plane, revolution, sphere, torus
 from .printing import Print, print_world
 from .reading import VoxelBox, Voxels, read
-from .sampling import Samples, sample
+from .sampling import PointSamples, Samples, sample, sample_at
 from .shapes import FileMesh, Mesh, Shape, shape
 from .slices import PrintInfo, PrintMaterial, Slice
 from .textures import Texture
@@ -68,6 +68,7 @@ __all__ = [
     "Object",
     "OutsideError",
     "Place",
+    "PointSamples",
     "Primitive",
     "Print",
     "PrintInfo",
@@ -100,6 +101,7 @@ __all__ = [
     "read",
     "revolution",
     "sample",
+    "sample_at",
     "shape",
     "sphere",
     "torus",

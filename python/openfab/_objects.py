@@ -13,12 +13,12 @@ import numpy as np
 
 from . import _files
 from ._bound import check_bound
-from ._given import Real, array, is_sequence, number, plain, several, vector
+from ._given import Real, array, is_sequence, number, plain, positive, several, vector
 from ._keys import absolute, check_keys
 from .errors import InputError
 from .fablet import Fablet, Uniform
 from .materials import Material
-from .shapes import AnyMesh
+from .shapes import AnyMesh, longest_side_mm
 from .textures import Texture
 
 if TYPE_CHECKING:
@@ -53,8 +53,8 @@ class Object(MutableMapping[str, Any]):
 
     def place(
         self, *, translate: Sequence[Real] | None = None, rotate: Sequence[Real] | None = None,
-        scale: Real | Sequence[Real] | None = None, matrix: Any = None, uniforms: Mapping[str, Any] | None = None,
-        **keys: Any,
+        scale: Real | Sequence[Real] | None = None, size_mm: Real | None = None, matrix: Any = None,
+        uniforms: Mapping[str, Any] | None = None, **keys: Any,
     ) -> Object:
         """Places the object once more.
 
@@ -66,6 +66,8 @@ class Object(MutableMapping[str, Any]):
             About x, then y, then z, in degrees.
         scale : float or sequence of 3 floats, optional
             A factor, or three along x, y and z.
+        size_mm : float, optional
+            The size of the longest side of its mesh, in mm, instead of a factor.
         matrix : array_like of float, shape (3, 4) or (4, 4), optional
             A matrix instead of these, with lengths in mm. The last of 4 rows is (0, 0, 0, 1).
         uniforms : mapping of str to Any, optional
@@ -84,7 +86,7 @@ class Object(MutableMapping[str, Any]):
             If a value or a key is invalid, or the object was removed.
         """
         placement = self._placement(
-            translate=translate, rotate=rotate, scale=scale, matrix=matrix, uniforms=uniforms, **keys
+            translate=translate, rotate=rotate, scale=scale, size_mm=size_mm, matrix=matrix, uniforms=uniforms, **keys
         )
         with _files.lock:
             if self._world._objects.get(self.name) is not self:
@@ -92,7 +94,11 @@ class Object(MutableMapping[str, Any]):
             self._world._placements.append(placement)
         return self
 
-    def _placement(self, *, uniforms: Mapping[str, Any] | None = None, **keys: Any) -> Placement:
+    def _placement(self, *, size_mm: Any = None, uniforms: Mapping[str, Any] | None = None, **keys: Any) -> Placement:
+        if size_mm is not None:
+            if keys.get("scale") is not None or keys.get("matrix") is not None:
+                raise InputError("`size_mm` and `scale` or `matrix` both set the size; give one of them")
+            keys["scale"] = positive(size_mm, "`size_mm`") / longest_side_mm(self.mesh)
         own = {name: self._checked(name, value) for name, value in (uniforms or {}).items()}
         return Placement(self, placed("object", self.name, **keys), own)
 

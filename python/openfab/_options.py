@@ -10,6 +10,7 @@ from typing import Any, Literal, TypedDict
 
 from . import _core
 from ._given import Real, Whole, choice, is_sequence, number, positive, several, short, whole
+from ._printers import known_printer
 from .errors import InputError, raise_error
 
 
@@ -90,6 +91,8 @@ def _fields(key: str, what: str, value: Any) -> dict[str, Any]:
         return {"crop_tray": choice(value, what, ("parts", "tray")) == "tray"}
     if key == "sampling":
         return {"sample_centres": choice(value, what, ("volume", "centre")) == "centre"}
+    if key == "printer":
+        return {key: known_printer(value, what)}
     if isinstance(value, (str, os.PathLike)):
         if f"--{key}" in _core.effect_options():
             return {"effects": {f"--{key}": os.fsdecode(value)}}

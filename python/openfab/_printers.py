@@ -5,10 +5,15 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from . import _core
+from ._given import choice, short
+from .errors import InputError
 
 
 @dataclass(frozen=True)
@@ -86,3 +91,20 @@ def printers() -> dict[str, Printer]:
         one["inks"] = {ink["name"]: ink["density_g_cm3"] for ink in one["inks"]}
         known[one["name"]] = Printer(**one)
     return known
+
+
+@cache
+def _names() -> tuple[str, ...]:
+    return tuple(one["name"] for one in json.loads(_core.printers()))
+
+
+def known_printer(value: Any, what: str) -> str:
+    """Returns the name of a known printer, or the path of a profile that exists."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise InputError(f"{what} cannot be {short(value)}; it is the name of a printer, or a path")
+    name = os.fsdecode(value)
+    if name.endswith(".json"):
+        if not Path(name).is_file():
+            raise InputError(f"{what} cannot be {short(name)}; there is no such file")
+        return name
+    return choice(name, what, _names())

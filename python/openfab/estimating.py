@@ -67,6 +67,8 @@ class Estimate:
         The materials of the print, in the order of their codes.
     warnings : tuple of str
         The warnings that the print would give.
+    notes : tuple of str
+        What may well be meant: places of objects that get no material.
     """
 
     voxels: int
@@ -80,6 +82,7 @@ class Estimate:
     passes: int | None
     materials: tuple[MaterialEstimate, ...]
     warnings: tuple[str, ...]
+    notes: tuple[str, ...]
 
     def __getitem__(self, name: str) -> MaterialEstimate:
         """Returns the material with that name."""
@@ -188,4 +191,5 @@ def _estimate_of(found: dict[str, Any]) -> Estimate:
             for name, ml in found["ml_by_material"].items()
         ),
         warnings=tuple(found["warnings"]),
+        notes=tuple(found["notes"]),
     )

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mechanics of prints: runs `openfab mechanics` and returns its results as numpy arrays.
 
-The wheel does not include that program; it comes with the `.deb` or with a build. It is found as `openfab` on the PATH,
-or through the variable OPENFAB_PROGRAM.
+The package has that program, and prints for it with its own compiler and runtime. The variable OPENFAB_PROGRAM names an
+`openfab` to run instead.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -182,7 +183,7 @@ def part(
     InputError
         If the world, the case or the materials are unsuitable, or the solution did not converge.
     OutsideError
-        If the program `openfab` is not found, or a file cannot be written.
+        If the program cannot be started, or a file cannot be written.
     """
     numbers, values, beside = _solved("part", world, case, voxel_mm, arguments)
     return PartResult(
@@ -229,7 +230,7 @@ def conduct(
     InputError
         If the world, the case or the materials are unsuitable, or the solution did not converge.
     OutsideError
-        If the program `openfab` is not found, or a file cannot be written.
+        If the program cannot be started, or a file cannot be written.
     """
     numbers, values, beside = _solved("conduct", world, case, voxel_mm, arguments)
     return ConductResult(
@@ -275,7 +276,7 @@ def cell(
     InputError
         If the file, the size or the materials are unsuitable, or the solution did not converge.
     OutsideError
-        If the program `openfab` is not found, or a file cannot be written.
+        If the program cannot be started, or a file cannot be written.
     """
     given = [] if sweep is None else ["--sweep", sweep]
     numbers = _json("cell", file, voxel_mm, ["--cell", size, *given, *arguments])
@@ -307,7 +308,7 @@ def stand(
     InputError
         If the world or the materials are unsuitable, or a solution did not converge.
     OutsideError
-        If the program `openfab` is not found, or a file cannot be written.
+        If the program cannot be started, or a file cannot be written.
     """
     numbers = _json("stand", world, voxel_mm, list(arguments))
     return StandResult(numbers, numbers["stands"], numbers["margin_deg"])
@@ -353,7 +354,7 @@ def strengthen(
         If the safety factor is not reached (the message names the weakest place), or the world, the case or the
         materials are unsuitable.
     OutsideError
-        If the program `openfab` is not found, or a file cannot be written.
+        If the program cannot be started, or a file cannot be written.
     """
     made = Path(output)
     given = [] if case is None else ["--case", case]
@@ -397,24 +398,36 @@ def _solved(
         return json.loads(numbers.read_text()), numpy.load(array), beside
 
 
+def _program() -> tuple[list[str], dict[str, str]]:
+    """Returns the words that start the program, and its environment."""
+    own = Path(__file__).with_name("bin") / "openfab-mechanics"
+    named = os.environ.get("OPENFAB_PROGRAM") or (None if own.exists() else shutil.which("openfab"))
+    if named is None and not own.exists():
+        raise OutsideError(
+            f"{own} is missing, and no `openfab` is on the PATH; install the package again, or name a program in the "
+            f"variable OPENFAB_PROGRAM"
+        )
+    words = [str(own)] if named is None else [named, "mechanics"]
+    return words, {**os.environ, "OPENFAB_PYTHON": sys.executable}
+
+
 def _run(
     command: str, file: str | os.PathLike[str], voxel_mm: float | Sequence[float] | None, arguments: list[str]
 ) -> None:
-    program = os.environ.get("OPENFAB_PROGRAM") or shutil.which("openfab")
-    if program is None:
-        raise OutsideError(
-            "the program `openfab` is not on the PATH; it comes with the .deb or a build, not "
-            "with the wheel"
-        )
+    program, environment = _program()
     sides = [] if voxel_mm is None else list(voxel_mm) if isinstance(voxel_mm, Sequence) else [voxel_mm]
     voxel = ["--voxel", "x".join(f"{side:.9g}" for side in sides) + "mm"] if sides else []
-    done = subprocess.run(
-        [program, "mechanics", command, os.fspath(file), *voxel, "--quiet", *arguments],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
+    try:
+        done = subprocess.run(
+            [*program, command, os.fspath(file), *voxel, "--quiet", *arguments],
+            env=environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    except OSError as error:
+        raise OutsideError(f"cannot start `{program[0]}`: {error.strerror}") from error
     if done.returncode == 0:
         return
     kinds = {1: InputError, 2: InputError, 4: InternalError}

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Mixtures in boxes."""
+"""Mixtures in boxes, and at points."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._given import Real, Whole, number, several, short, vector
+from ._given import Real, Whole, floats, number, several, short, vector
 from ._options import fields_of
 from ._progress import Progress
 from .errors import InputError
@@ -90,16 +90,60 @@ class Samples:
         InputError
             If a material has no value, or a name is unknown.
         """
-        names = [material.name for material in self.materials]
-        unknown = set(values) - set(names)
-        if unknown:
-            raise InputError(f"no material is called {', '.join(sorted(unknown))}; there are {', '.join(names)}")
-        missing = [name for name in names[: self.fractions.shape[-1]] if name not in values]
-        if missing:
-            raise InputError(f"there is no value for {', '.join(missing)}; give one for each of {', '.join(names)}")
-        weights = np.array([number(values[name], f"`{name}`") for name in names[: self.fractions.shape[-1]]])
-        means: NDArray[np.float64] = self.fractions @ weights + void * (1 - self.fractions.sum(axis=-1))
-        return means
+        return _mean(self.fractions, self.materials, values, void)
+
+
+@dataclass(frozen=True)
+class PointSamples:
+    """Mixtures at points; `sample_at` makes it.
+
+    Attributes
+    ----------
+    fractions : ndarray of float32, shape (..., material)
+        The share of each material in the voxel that contains the point; the rest up to 1 is void.
+    materials : tuple of PrintMaterial
+        The materials of the last axis.
+    """
+
+    fractions: NDArray[np.float32]
+    materials: tuple[PrintMaterial, ...]
+
+    def mean(self, values: Mapping[str, float], void: float = 0.0) -> NDArray[np.float64]:
+        """Averages a property of materials, weighted by their amounts.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            The value for each material, by name.
+        void : float, optional
+            The value for void.
+
+        Returns
+        -------
+        ndarray of float64, shape (...)
+            The means, in the unit of the values.
+
+        Raises
+        ------
+        InputError
+            If a material has no value, or a name is unknown.
+        """
+        return _mean(self.fractions, self.materials, values, void)
+
+
+def _mean(
+    fractions: NDArray[np.float32], materials: tuple[PrintMaterial, ...], values: Mapping[str, float], void: float
+) -> NDArray[np.float64]:
+    names = [material.name for material in materials]
+    unknown = set(values) - set(names)
+    if unknown:
+        raise InputError(f"no material is called {', '.join(sorted(unknown))}; there are {', '.join(names)}")
+    missing = [name for name in names[: fractions.shape[-1]] if name not in values]
+    if missing:
+        raise InputError(f"there is no value for {', '.join(missing)}; give one for each of {', '.join(names)}")
+    weights = np.array([number(values[name], f"`{name}`") for name in names[: fractions.shape[-1]]])
+    means: NDArray[np.float64] = fractions @ weights + void * (1 - fractions.sum(axis=-1))
+    return means
 
 
 def sample(
@@ -171,3 +215,94 @@ def sample(
             out[one.z] = one.fractions
     assert out is not None
     return Samples(out, info.origin_mm, info.pitch_mm, info.materials[: out.shape[-1]])
+
+
+def sample_at(
+    world: AnyWorld,
+    points: ArrayLike,
+    *,
+    voxel: Real | str | Sequence[Real],
+    sampling: Literal["volume", "centre"] = "volume",
+    uniforms: Mapping[str, Any] | None = None,
+    memory: Whole | str | None = None,
+    threads: Whole | None = None,
+) -> PointSamples:
+    """Evaluates the mixtures of a world at scattered points: those of the voxels that contain them.
+
+    The voxels are those of `sample`, with corners at multiples of the pitch. Boxes around neighbouring points are
+    evaluated, one after the other: few points far apart cost little, whatever lies between them.
+
+    Parameters
+    ----------
+    world : World or FileWorld
+        What to evaluate, in its state at the call.
+    points : array_like of float, shape (..., 3)
+        Positions in mm.
+    voxel : float, str or sequence of 3 floats
+        The size of a voxel in mm: one, or three for x, y and z.
+    sampling : {"volume", "centre"}, optional
+        As for `sample`.
+    uniforms : mapping of str to Any, optional
+        Values to use instead, such as `{"ball.skin": 1.5}`.
+    memory : int or str, optional
+        The memory budget, in bytes.
+    threads : int, optional
+        At least 1. Default: one per processor.
+
+    Returns
+    -------
+    PointSamples
+        The mixtures before the dither, of shape (..., material); zeros beside the parts.
+
+    Raises
+    ------
+    InputError
+        If an argument or the world is wrong.
+    CompileError
+        If a fablet does not compile.
+    """
+    given = floats(points, "`points`", np.float64)
+    if given.shape[-1:] != (3,) or not given.size:
+        raise InputError(f"`points` has the shape {given.shape}; it should be (..., 3), with one point at least")
+    fields = fields_of(voxel=voxel, memory=memory, threads=threads, support=False, sampling=sampling)
+    pitch = np.full(3, fields["voxel_mm"]) if "voxel_mm" in fields else np.array([*(25.4 / np.array(fields["dpi"])), fields["layer_mm"]])
+    flat = given.reshape(-1, 3)
+    out: NDArray[np.float32] | None = None
+    materials: tuple[PrintMaterial, ...] = ()
+    for some in _neighbours(flat, pitch, np.arange(len(flat)))[1]:
+        own = flat[some]
+        # Points in the faces of voxels are within the box, too.
+        window = (*(own.min(axis=0) - _MARGIN * pitch), *(own.max(axis=0) + _MARGIN * pitch))
+        with Print(world, fields, _core.Target.SLICES, fractions=True, uniforms=uniforms, window=window) as running:
+            info = running.info
+            place = np.floor((own - info.origin_mm) / info.pitch_mm).astype(np.int64)
+            for one in running:
+                assert one.fractions is not None
+                if out is None:
+                    out = np.zeros((len(flat), one.fractions.shape[-1]), np.float32)
+                    materials = info.materials[: out.shape[-1]]
+                here = (place[:, 2] == one.z) & np.all((place[:, :2] >= 0) & (place[:, :2] < info.size[:2]), axis=1)
+                out[some[here]] = one.fractions[place[here, 1], place[here, 0]]
+    assert out is not None
+    return PointSamples(out.reshape(*given.shape[:-1], -1), materials)
+
+
+# In voxels, what setting up one more box costs.
+_SET_UP = 2e6
+# Of a voxel; a box is rounded to voxels with a slack.
+_MARGIN = 0.01
+
+
+def _neighbours(
+    points: NDArray[np.float64], pitch: NDArray[np.float64], some: NDArray[np.int64]
+) -> tuple[float, list[NDArray[np.int64]]]:
+    """Returns points in groups whose boxes cost least, and that cost."""
+    own = points[some]
+    sides = np.ptp(own, axis=0) / pitch + 1
+    whole = _SET_UP + float(np.prod(sides))
+    if whole <= 2 * _SET_UP or len(some) == 1:
+        return whole, [some]
+    order = np.argsort(own[:, int(np.argmax(sides))], kind="stable")
+    halves = [_neighbours(points, pitch, some[part]) for part in np.array_split(order, 2)]
+    apart = sum(cost for cost, _ in halves)
+    return (apart, [group for _, groups in halves for group in groups]) if apart < whole else (whole, [some])

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _files, _foreign
+from . import _core, _files, _foreign
 from ._given import array, floats, integers, plain, short, vector
 from ._keys import absolute, check_keys
-from .errors import InputError
+from .errors import InputError, raise_error
 from .fablet import Fablet
 from .lattice import Beams
 from .primitives import Primitive
@@ -288,6 +288,30 @@ def as_mesh(value: Any) -> AnyMesh:
     if found is not None:
         return Mesh._of(found)
     raise InputError(f"{short(value)} is no mesh; pass a Mesh, a file, a primitive, a shape, or a mesh of trimesh or pyvista")
+
+
+_UNITS_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 0.001, "in": 25.4}
+
+
+def longest_side_mm(mesh: AnyMesh) -> float:
+    """Returns the longest side of a mesh's box."""
+    if isinstance(mesh, Mesh):
+        corners = mesh.vertices[mesh.faces.ravel()]
+        size = np.ptp(corners, axis=0) if len(corners) else np.zeros(3)
+    elif isinstance(mesh, FileMesh):
+        keys = mesh._keys
+        found = _core.mesh_size(
+            mesh.file, _UNITS_MM.get(keys.get("unit", "")), keys.get("up") == "y", str(keys.get("body", ""))
+        )
+        if isinstance(found, _core.Error):
+            raise_error(found)
+        size = np.array(found)
+    else:
+        raise InputError("`size_mm` is of meshes; other shapes are made in a size, or take a `scale`")
+    longest = float(size.max())
+    if not longest > 0:
+        raise InputError("`size_mm`: the mesh has no size")
+    return longest
 
 
 def _attribute(name: str, element: str) -> str:

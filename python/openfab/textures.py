@@ -80,9 +80,9 @@ class Texture:
 
     @classmethod
     def volume(
-        cls, volume: str | os.PathLike[str] | ArrayLike, *, origin: Sequence[Real] | None = None,
-        spacing: Real | Sequence[Real] | None = None, field: str | None = None, unit: str | None = None,
-        pitch: Real | None = None, outside: Real | None = None, wrap: str = "clamp", filter: str = "trilinear",
+        cls, volume: str | os.PathLike[str] | ArrayLike, *, origin_mm: Sequence[Real] | None = None,
+        spacing_mm: Real | Sequence[Real] | None = None, field: str | None = None, unit: str | None = None,
+        pitch_mm: Real | None = None, outside: Real | None = None, wrap: str = "clamp", filter: str = "trilinear",
         time: Real | None = None, segment: str | int | None = None, echo: Real | None = None,
         detector: Real | None = None, energy_window: Real | None = None, phase: Real | None = None,
     ) -> Texture:
@@ -93,15 +93,15 @@ class Texture:
         volume : str, path or array_like, shape (z, y, x) or (z, y, x, 1 to 4)
             A file, or an array with its first value at the lowest corner, which is copied. Unsigned integers of 8 and 16
             bits are scaled to 0 to 1.
-        origin : sequence of 3 floats, optional
+        origin_mm : sequence of 3 floats, optional
             The lowest corner in part space, in mm. Default: as given in the file, or 0.
-        spacing : float or sequence of 3 floats, optional
+        spacing_mm : float or sequence of 3 floats, optional
             The size of a texel along x, y and z, in mm. Default: as given in the file, or 1.
         field : str, optional
             The name of the field to read, if the file has several.
         unit : str, optional
             The unit of the file's lengths: mm, cm, m, um or in.
-        pitch : float, optional
+        pitch_mm : float, optional
             The distance of samples in a file of cells, in mm.
         outside : float, optional
             The value where a file has no data, or an array has NaN.
@@ -130,7 +130,7 @@ class Texture:
         if isinstance(volume, (str, os.PathLike)):
             self = cls(volume, wrap=wrap, filter=filter)
         else:
-            given = {"field": field, "unit": unit, "pitch": pitch, "segment": segment, **frames}
+            given = {"field": field, "unit": unit, "pitch_mm": pitch_mm, "segment": segment, **frames}
             wrong = [f"`{key}`" for key, value in given.items() if value is not None]
             if wrong:
                 raise InputError(f"{', '.join(wrong)} of a volume: an array has none; files that hold fields do")
@@ -143,13 +143,13 @@ class Texture:
                 raise InputError(f"a volume has the shape {texels.shape}; it should be (z, y, x[, 1 to 4])")
             self._array = texels
             self._own_file(None, ".npy")
-        if origin is not None:
-            self._keys["origin_mm"] = vector(origin, "`origin`")
-        if spacing is not None:
-            one = [spacing] * 3 if not is_sequence(spacing) else spacing
-            self._keys["spacing_mm"] = [positive(one, "`spacing`") for one in vector(one, "`spacing`")]
-        if pitch is not None:
-            self._keys["pitch_mm"] = positive(pitch, "`pitch`")
+        if origin_mm is not None:
+            self._keys["origin_mm"] = vector(origin_mm, "`origin_mm`")
+        if spacing_mm is not None:
+            one = [spacing_mm] * 3 if not is_sequence(spacing_mm) else spacing_mm
+            self._keys["spacing_mm"] = [positive(one, "`spacing_mm`") for one in vector(one, "`spacing_mm`")]
+        if pitch_mm is not None:
+            self._keys["pitch_mm"] = positive(pitch_mm, "`pitch_mm`")
         if outside is not None:
             self._keys["outside"] = number(outside, "`outside`")
         self._keys.update({key: number(value, f"`{key}`") for key, value in frames.items() if value is not None})

@@ -14,6 +14,7 @@ from . import _core, _files
 from ._given import Real, Whole, choice, number, plain, short, whole
 from ._keys import absolute, absolute_paths, check_keys
 from ._objects import Named, Names, Object, Placement, placed
+from ._printers import known_printer
 from ._snapshot import Snapshot, allowed_by, settings_of
 from .errors import InputError
 from .fablet import Fablet
@@ -42,7 +43,7 @@ class World:
     Raises
     ------
     InputError
-        If a key is unknown, or its value has a type that a world does not accept.
+        If there is no such printer, a key is unknown, or its value has a type that a world does not accept.
 
     Examples
     --------
@@ -55,7 +56,7 @@ class World:
         self.title = title
         check_keys(keys, "world", "a world", ("openfab", "fablets", "materials", "textures", "meshes", "objects", "build"))
         given = {key: plain(value, f"`{key}` of a world") for key, value in keys.items() if value is not None}
-        self._keys = absolute(given if printer is None else {"printer": os.fsdecode(printer), **given})
+        self._keys = absolute(given if printer is None else {"printer": known_printer(printer, "`printer`"), **given})
         self._objects: dict[str, Object] = {}
         self._placements: list[Placement] = []
         # The snapshot of the last print, whose errors name its file.
@@ -78,7 +79,7 @@ class World:
         fablet : Fablet
             The fablet that defines its materials.
         uniforms : mapping of str to Any, optional
-            Values for the fablet's uniforms; more can be set later.
+            Values for the fablet's uniforms; more can be set later. Those without a default are checked by the print.
         name : str, optional
             Its name. Default: that of its fablet.
         place : bool, optional
@@ -92,7 +93,8 @@ class World:
         repair : str, optional
             `winding` caps the holes of a mesh and orients its triangles.
         **keys
-            Other keys of objects in a `.fab.json`, such as `pieces`, and arguments of `Object.place`.
+            Other keys of objects in a `.fab.json`, such as `pieces`, and arguments of `Object.place`, such as
+            `size_mm=60`.
 
         Returns
         -------
@@ -240,6 +242,7 @@ class World:
         """Writes the world for one print, with other values for some uniforms."""
         names = Names()
         with _files.lock:
+            self._check_all_bound(uniforms or {})
             description, settings = self._describe(names, uniforms or {})
             shapes = [mesh.fablet for _, mesh in names.meshes.items() if isinstance(mesh, Shape)]
             fablets = [*(one.fablet for one in self._objects.values()), *shapes]
@@ -262,6 +265,22 @@ class World:
         _files.remove_with(made, path)
         self._last = made
         return made
+
+    def _check_all_bound(self, settings: Mapping[str, Any]) -> None:
+        """Raises if a placed object lacks a uniform without a default."""
+        for placement in self._placements:
+            one = placement.object
+            if one is None:  # a group's, whose objects the world of the print reads
+                continue
+            for name, declared in one.fablet.uniforms.items():
+                given = name in one._uniforms or name in placement.uniforms or f"{one.name}.{name}" in settings
+                if given or declared.default is not None:
+                    continue
+                bound = ", ".join(f"`{key}`" for key in one._uniforms) or "nothing"
+                raise InputError(
+                    f"object `{one.name}` does not bind `{name}`, a `{declared.type}` of `{one.fablet.name}`; it binds {bound}",
+                    help=f'give it in `world.add(mesh, fablet, {{"{name}": …}})`, or as `world.objects["{one.name}"]["{name}"] = …`',
+                )
 
     def _setting(self, target: str, value: Any, names: Names) -> Any:
         name, _, uniform = target.rpartition(".")

@@ -28,6 +28,7 @@
 
 #include "base/caret.h"
 #include "base/talking_program.h"
+#include "mesh/load/load_mesh.h"
 #include "python/src/bindings.h"
 #include "python/src/print.h"
 #include "python/src/program.h"
@@ -54,6 +55,25 @@ Result<std::pair<std::string, std::vector<std::string>>> absolute_paths(std::str
     for (const std::filesystem::path& path : world->paths())
         paths.push_back(path.string());
     return std::pair(world->text(), std::move(paths));
+}
+
+/// The sides of a mesh file's box in mm. Holes do not matter to it.
+Result<std::array<double, 3>> mesh_size(const std::filesystem::path& file,
+                                        std::optional<double> unit_mm, bool y_up,
+                                        const std::string& body) {
+    mesh::MeshOptions options;
+    options.name = file.stem().string();
+    options.unit_mm = unit_mm;
+    options.y_up = y_up && !mesh::format_says_up(file);
+    options.body = body;
+    options.repair = true;
+    const Result<mesh::LoadedMesh> loaded = mesh::load_mesh(file, options);
+    if (!loaded) return loaded.error();
+    Box3d box;
+    for (const Vec3d& p : loaded->mesh.positions)
+        box.add(p);
+    const Vec3d size = box.size();
+    return std::array<double, 3>{size.x, size.y, size.z};
 }
 
 using Codes = nb::ndarray<nb::numpy, const uint8_t, nb::ndim<2>>;
@@ -265,7 +285,10 @@ NB_MODULE(_core, m) {
         .def_ro("files", &Interface::files);
     nb::class_<Program>(m, "Program", "The kernels of some fablets in this process.")
         .def_prop_ro("files", &Program::files)
-        .def_prop_ro("compiled", &Program::compiled, "The number of kernels that no cache had.");
+        .def_prop_ro("compiled", &Program::compiled, "The number of kernels that no cache had.")
+        .def("main", &Program::main, "words"_a, nb::call_guard<nb::gil_scoped_release>(),
+             "Prints as a print binary does, in a process that does nothing else; returns its exit "
+             "code.");
     m.def(
         "read_file_interface",
         [](const std::filesystem::path& file) { return read_interface(file); }, "file"_a,
@@ -303,6 +326,12 @@ NB_MODULE(_core, m) {
         "world"_a, "folder"_a,
         "The JSON of a world, whose paths count from a folder, with absolute paths, and these "
         "paths.");
+    m.def(
+        "mesh_size",
+        [](const std::filesystem::path& file, std::optional<double> unit_mm, bool y_up,
+           const std::string& body) { return either(mesh_size(file, unit_mm, y_up, body)); },
+        "file"_a, "unit_mm"_a, "y_up"_a, "body"_a, nb::call_guard<nb::gil_scoped_release>(),
+        "The sides of a mesh file's box in mm.");
     m.def(
         "printers",
         [] {

@@ -216,6 +216,8 @@ Result<void> Print::print() {
         program::lost_mixtures(statistics, options_.dither, ready->format, ready->job.printer);
     const std::lock_guard lock(mutex_);
     warnings_.insert(warnings_.end(), found.begin(), found.end());
+    if (nothing.empty())
+        notes_.insert(notes_.end(), statistics.notes.begin(), statistics.notes.end());
     if (!lost.empty()) notes_.push_back(std::move(lost));
     return done;
 }

@@ -14,6 +14,7 @@
 #include "compiler/lower/code/compile.h"
 #include "compiler/lower/code/kernel_cache.h"
 #include "program/options.h"
+#include "program/print_main.h"
 
 namespace openfab::python {
 
@@ -77,6 +78,14 @@ int Program::compiled() const {
     const auto& times = loaded_->times();
     return static_cast<int>(std::count_if(times.begin(), times.end(),
                                           [](const auto& kernel) { return kernel.compiled; }));
+}
+
+int Program::main(const std::vector<std::string>& words) const {
+    std::vector<char*> argv;
+    std::vector<std::string> own = words;
+    for (std::string& word : own)
+        argv.push_back(word.data());
+    return program::print_main(static_cast<int>(argv.size()), argv.data(), fablets());
 }
 
 std::variant<std::shared_ptr<const Program>, Diagnostics> compile(

@@ -46,6 +46,8 @@ class Program {
     const std::vector<std::filesystem::path>& files() const { return files_; }
     /// The number of kernels that no cache had.
     int compiled() const;
+    /// Prints as a print binary of these fablets does with these words, the first of which names it; returns its exit code.
+    int main(const std::vector<std::string>& words) const;
 
   private:
     friend std::variant<std::shared_ptr<const Program>, Diagnostics> compile(

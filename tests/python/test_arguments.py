@@ -200,7 +200,7 @@ def test_arrays_of_a_mesh_stay() -> None:
 def test_textures_are_read_in_any_byte_order(kind: str) -> None:
     usual = np.array([[[0, 13000, 40000, 65535]]], "u2") if kind == ">u2" else np.array([[[0, 0.2, 0.6, 1]]], "f4")
     given = np.ma.masked_less(usual, -1) if kind == "masked" else usual.astype(kind)
-    volume = openfab.Texture.volume(given, origin=(-2, -0.5, 0), spacing=1, filter="nearest")
+    volume = openfab.Texture.volume(given, origin_mm=(-2, -0.5, 0), spacing_mm=1, filter="nearest")
     world = openfab.World(printer="generic")
     uniforms = {"field": volume, "one": WHITE, "other": BLACK}
     world.add(openfab.box(4, 1, 1), openfab.Fablet(text=BY_VOLUME), uniforms)
@@ -230,8 +230,8 @@ def test_wrong_arrays_of_textures_are_told(values: Any, text: str) -> None:
 
 
 def test_keys_of_fields_are_for_files() -> None:
-    with pytest.raises(openfab.InputError, match="`field`, `unit`, `pitch` of a volume: an array has none"):
-        openfab.Texture.volume(np.zeros((3, 3, 3)), field="s", pitch=0.5, unit="cm")
+    with pytest.raises(openfab.InputError, match="`field`, `unit`, `pitch_mm` of a volume: an array has none"):
+        openfab.Texture.volume(np.zeros((3, 3, 3)), field="s", pitch_mm=0.5, unit="cm")
 
 
 def test_help_is_in_the_text(ball: openfab.World) -> None:
@@ -358,7 +358,7 @@ def test_right_values_of_every_kind_are_printed() -> None:
         (lambda: openfab.Texture(np.zeros((2, 2)), wrap="repeet"), "`wrap` of a texture cannot be 'repeet'; did you mean"),
         (lambda: openfab.Texture(np.zeros((2, 2)), space="rgb"), "`space` of a texture cannot be 'rgb'"),
         (lambda: openfab.Texture(np.zeros((2, 2)), wrap=("clamp", "x")), "`wrap` of a texture cannot be 'x'; it is one of"),
-        (lambda: openfab.Texture.volume(np.zeros((2, 2, 2)), spacing=0), "`spacing` cannot be 0"),
+        (lambda: openfab.Texture.volume(np.zeros((2, 2, 2)), spacing_mm=0), "`spacing_mm` cannot be 0"),
         (lambda: openfab.World(pritner="j750"), "a key of a world cannot be 'pritner'"),
         (lambda: openfab.World(trai=(1, 2)), "did you mean `tray`"),
     ],

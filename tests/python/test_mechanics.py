@@ -144,7 +144,22 @@ def test_it_stands(bar: Path) -> None:
 def test_what_is_wrong_is_an_error(bar: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="there is no case `push`"):
         mechanics.part(bar, "push", voxel_mm=1)
-    monkeypatch.delenv("OPENFAB_PROGRAM")
-    monkeypatch.setenv("PATH", "")
-    with pytest.raises(OutsideError, match="not on the PATH"):
+    monkeypatch.setenv("OPENFAB_PROGRAM", str(bar.with_name("no_such_program")))
+    with pytest.raises(OutsideError, match="no_such_program"):
         mechanics.part(bar, voxel_mm=1)
+
+
+def test_the_packages_own_program_prints_the_same(bar: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    by_tool = mechanics.part(bar, voxel_mm=1)
+    monkeypatch.delenv("OPENFAB_PROGRAM")
+    monkeypatch.setenv("PATH", "/usr/bin:/bin")
+    by_package = mechanics.part(bar, voxel_mm=1)
+    assert by_package.numbers == by_tool.numbers
+    numpy.testing.assert_array_equal(by_package.von_mises_MPa, by_tool.von_mises_MPa)
+    assert mechanics.stand(bar, voxel_mm=1, arguments=["--modes", "0"]).stands
+    # A fablet alone is compiled, too.
+    cell = mechanics.cell(bar.with_name("one.fl"), "2mm", voxel_mm=0.5)
+    assert cell.numbers["young_MPa"] == pytest.approx([100, 100, 100], rel=1e-3)
+    bar.with_name("wrong.fl").write_text("fablet Wrong {")
+    with pytest.raises(InputError, match="wrong.fl"):
+        mechanics.cell(bar.with_name("wrong.fl"), "2mm", voxel_mm=0.5)

@@ -67,7 +67,7 @@ def test_a_volume_is_kept_as_the_converter_makes_it(cache: Path, tmp_path: Path,
     values = KINDS[kind].astype(kind)
     values = values[: 60 * (len(values) // 60)].reshape(3, -1, 5, 4 if channels == 4 else 1)
     array = values[..., 0] if channels == 0 else np.repeat(values, channels, 3)[..., :channels]
-    texture = openfab.Texture.volume(np.asfortranarray(array), origin=(-1, 0.1, 2), spacing=(0.3, 1 / 3, 2))
+    texture = openfab.Texture.volume(np.asfortranarray(array), origin_mm=(-1, 0.1, 2), spacing_mm=(0.3, 1 / 3, 2))
     path, kept = written(texture, cache)
     words = ["--volume", "--origin=-1,0.1,2", f"--spacing=0.3,{1 / 3!r},2"]
     assert kept == converted(path, tmp_path, *words)
@@ -87,7 +87,7 @@ def printed(values: Any, **keys: Any) -> openfab.Samples:
     """Returns the mixtures of a box filled by a volume, voxel by voxel."""
     world = openfab.World(printer="generic")
     one, other = openfab.Material("one", "#ffffff"), openfab.Material("other", "#000000")
-    volume = openfab.Texture.volume(values, origin=(-2, -2, 0), spacing=1, **keys)
+    volume = openfab.Texture.volume(values, origin_mm=(-2, -2, 0), spacing_mm=1, **keys)
     world.add(openfab.box(4, 4, 4), openfab.Fablet(text=BY_VOLUME), {"field": volume, "one": one, "other": other})
     return openfab.sample(world, ((-2, -2, 0), (2, 2, 4)), voxel=1, sampling="centre")
 

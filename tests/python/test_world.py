@@ -128,7 +128,7 @@ def test_a_volume_is_an_array() -> None:
     rng = np.random.default_rng(4)
     field = rng.random((6, 8, 10)).astype(np.float32)
     world = openfab.World(printer="generic")
-    volume = openfab.Texture.volume(field, origin=(-2.5, -2, 0), spacing=0.5, filter="nearest")
+    volume = openfab.Texture.volume(field, origin_mm=(-2.5, -2, 0), spacing_mm=0.5, filter="nearest")
     world.add(openfab.box(5, 4, 3), openfab.Fablet(text=BY_VOLUME), {"field": volume, "one": RED, "other": BLUE})
     np.testing.assert_allclose(openfab.sample(world, voxel=0.5, sampling="centre").fractions[..., 0], field, atol=2e-5)
 
@@ -157,7 +157,7 @@ def by_field(folder: Path, **keys: Any) -> openfab.World:
 
 
 def test_a_volume_is_a_field_of_a_file(tmp_path: Path) -> None:
-    world = by_field(tmp_path, field="along", unit="cm", pitch=0.5, outside=0.6, origin=(-20, -5, 0))
+    world = by_field(tmp_path, field="along", unit="cm", pitch_mm=0.5, outside=0.6, origin_mm=(-20, -5, 0))
     row = openfab.sample(world, ((-20, 0, 5), (20, 0.5, 5.5)), voxel=0.5, sampling="centre").fractions[0, 0, :, 0]
     along = (np.arange(80) + 0.5) / 80
     np.testing.assert_allclose(row[:20], along[:20], atol=2e-5)
@@ -171,7 +171,7 @@ def test_a_volume_is_a_field_of_a_file(tmp_path: Path) -> None:
         ({}, "along"),
         ({"field": "across"}, "across"),
         ({"field": "flat", "unit": "yard"}, "`unit` of texture"),
-        ({"field": "flat", "pitch": -1}, "`pitch` cannot be -1; it is more than 0"),
+        ({"field": "flat", "pitch_mm": -1}, "`pitch_mm` cannot be -1; it is more than 0"),
         ({"field": "flat", "outside": 1e31}, "`outside` of texture"),
     ],
 )
@@ -218,9 +218,9 @@ def test_mistakes_are_told_when_they_are_made() -> None:
 
 
 def test_a_mistake_in_the_world_has_its_place() -> None:
-    world = openfab.World(printer="generic")
-    world.add(openfab.sphere(1), openfab.Fablet(text=BALL), {"core": RED})
-    with pytest.raises(openfab.InputError, match="shell") as caught:
+    world = openfab.World(printer="generic", support="resin")
+    world.add(openfab.sphere(1), openfab.Fablet(text=BALL), {"core": RED, "shell": BLUE})
+    with pytest.raises(openfab.InputError, match="resin") as caught:
         openfab.print_world(world, voxel=0.2).array()
     assert caught.value.file.endswith(".fab.json") and caught.value.line > 0
 
@@ -380,8 +380,8 @@ def test_every_key_of_a_world_has_a_way_to_give_it() -> None:
     for call in (openfab.World, openfab.World.add, openfab.Object.place, openfab.FileMesh):
         assert "**" in names(call), call
     assert set(_core.world_keys("material")) == names(openfab.Material) - {"name"}
-    told = {"picture", "volume", "origin", "spacing", "pitch"}
-    assert set(_core.world_keys("texture")) == {"file", "origin_mm", "spacing_mm", "pitch_mm"} | (
+    told = {"picture", "volume"}
+    assert set(_core.world_keys("texture")) == {"file"} | (
         (names(openfab.Texture) | names(openfab.Texture.volume)) - told
     )
     assert set(_core.world_keys("fablet")) == {"source", "fablet", "uniforms"}
