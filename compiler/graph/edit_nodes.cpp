@@ -57,19 +57,22 @@ std::string Editor::place() const {
     return "";
 }
 
-std::optional<std::string> Editor::uniform_of(std::string_view type) const {
+std::optional<std::string> Editor::uniform_of(std::string_view type, int before) const {
+    std::optional<std::string> found;
     for (const Uniform& one : graph_.uniforms) {
         const source::Span& at = one.declared;
         const std::string_view text = analysis_.sources().text(server::Analysis::kDocument);
         const bool array = text.substr(at.end).find_first_not_of(' ') != std::string_view::npos &&
                            text[text.find_first_not_of(' ', at.end)] == '[' &&
                            text.substr(text.find_first_not_of(' ', at.end), 2) != "[[";
-        if (one.fablet == tab_->fablet && one.type == type && !array) return one.name;
+        if (one.fablet != tab_->fablet || one.type != type || array) continue;
+        found = one.name;
+        if (before-- == 0) break;
     }
-    return std::nullopt;
+    return found;
 }
 
-std::string Editor::argument(const Parameter& parameter) const {
+std::string Editor::argument(const Parameter& parameter, int before) const {
     const std::string& type = parameter.type;
     const std::string at = place();
     const bool is_place = parameter.name == "p" || parameter.name == "position" ||
@@ -100,7 +103,7 @@ std::string Editor::argument(const Parameter& parameter) const {
     if (type == "float3" && !at.empty() && parameter.name.size() == 1) return at;
     if (type == "Material" || type == "ImageTexture2D" || type == "ImageTexture3D" ||
         type == "Object" || type == "Spline" || type == "ColorRamp")
-        return uniform_of(type).value_or(type == "Material" ? "VOID" : "");
+        return uniform_of(type, before).value_or(type == "Material" ? "VOID" : "");
     if (type == "MaterialComposition") {
         for (const Node& node : tab_->nodes) {
             if (!node.outputs.empty() && node.outputs[0].type == type &&
@@ -117,7 +120,10 @@ Result<std::string> Editor::call(const Entry& entry, int given, const std::strin
         const Parameter& p = entry.parameters[i];
         const bool is_given = static_cast<int>(i) == given;
         if (!is_given && p.has_default) break;
-        const std::string one = is_given ? text : argument(p);
+        const auto before = std::count_if(
+            entry.parameters.begin(), entry.parameters.begin() + static_cast<std::ptrdiff_t>(i),
+            [&](const Parameter& other) { return other.type == p.type; });
+        const std::string one = is_given ? text : argument(p, static_cast<int>(before));
         if (one.empty()) {
             return user_error(
                 fmt::format("`{}` needs a `{}`, and there is none", entry.name, p.type),

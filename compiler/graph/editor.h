@@ -45,9 +45,11 @@ class Editor {
     Result<void> name();
     Result<const Entry*> entry();
     Result<std::string> call(const Entry& entry, int given, const std::string& text);
-    std::string argument(const Parameter& parameter) const;
+    /// `before`: how many parameters of its type come before it.
+    std::string argument(const Parameter& parameter, int before = 0) const;
     std::string place() const;
-    std::optional<std::string> uniform_of(std::string_view type) const;
+    /// The one after `before` others of the type, or the last.
+    std::optional<std::string> uniform_of(std::string_view type, int before = 0) const;
     Result<void> rename(uint32_t declared, const std::string& name);
     uint32_t insertion(int before) const;
 

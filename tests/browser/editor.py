@@ -153,7 +153,7 @@ def long_text(browser, options, folder, url):
     (folder / "ball.fl").write_text(FABLET.replace("        return mc;", f"{lines}        return mc;"))
     at = Page(browser, options, allowed="422")
     page = at.page
-    at.open(url)
+    at.open(url, text=True)
     at.eventually("a long text is there", lambda: len(text(page).split("\n")) > 3000)
     page.evaluate("() => { document.getElementById('editor').scrollTop = 2000 * 18; }")
     at.eventually("its lines are drawn where one looks", lambda: "// 1995" in at.text("#marks") and page.locator("#gutter span").count() < 200)

@@ -2,7 +2,7 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
 """Follows the steps of a user who has never written a fablet, in headless Chromium: a new world, a dropped mesh, a gyroid, a
-colour that depends on depth, a print. Set up and run it like view.py."""
+colour that depends on depth, a picture, a print: without any text but numbers. Set up and run it like view.py."""
 
 import pathlib
 import re
@@ -12,7 +12,7 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from graph import dot, drag, text  # noqa: E402
+from graph import drag, text  # noqa: E402
 from harness import Page, Viewer, check, run_with_browser  # noqa: E402
 
 OCTAHEDRON = """v 10 0 0
@@ -46,62 +46,101 @@ def drop_file(page, path):
     }""", [path.name, path.read_text()])
 
 
+def drop_bytes(page, name, content):
+    """As drop_file, of bytes."""
+    page.evaluate("""([name, bytes]) => {
+        const data = new DataTransfer();
+        data.items.add(new File([new Uint8Array(bytes)], name));
+        for (const kind of ["dragenter", "dragover", "drop"])
+            document.body.dispatchEvent(new DragEvent(kind, { dataTransfer: data, bubbles: true, cancelable: true }));
+    }""", [name, list(content)])
+
+
+def bitmap(width, height, dark):
+    """Returns a BMP, black where `dark(x, y)`, white elsewhere; y goes up."""
+    row = (3 * width + 3) // 4 * 4
+    rows = b"".join(b"".join((b"\0\0\0" if dark(x, y) else b"\xff\xff\xff") for x in range(width)).ljust(row, b"\0") for y in range(height))
+    return b"BM" + struct.pack("<IHHI", 54 + len(rows), 0, 0, 54) + struct.pack("<IiiHHIIiiII", 40, width, height, 1, 24, 0, len(rows), 2835, 2835, 0, 0) + rows
+
+
+def by_label(page, label, which, n=0):
+    """Returns the middle of a part of the nth node of that label."""
+    box = page.locator(f"#graph_svg .node[aria-label='{label}'] {which}").nth(n).bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def ready(at):
+    """Waits until an edit is done and its graph stands."""
+    at.page.wait_for_function("() => !document.body.classList.contains('graph_busy')")
+    at.settle(500)
+
+
+def take(at, act, category, name):
+    """Adds a function of a name, by its category's tile: no text is typed."""
+    page = at.page
+    act("Add", lambda: page.click("#graph_add"))
+    page.wait_for_selector("#palette_list .tile")
+    act(category, lambda: page.click(f"#palette_list .tile:has(b:text-is('{category}'))"))
+    act(name, lambda: page.locator(f"#palette_list .entry:has(b:text-is('{name}'))").first.click())
+    ready(at)
+
+
 def walk(browser, options):
     folder = options.out / "newcomer"
     shutil.rmtree(folder, ignore_errors=True)
     mesh = options.out / "octahedron.obj"
     mesh.write_text(OCTAHEDRON)
     act = Actions()
-    with act("openfab view --new", lambda: Viewer(options, "--new", folder, "--draft", "6")) as url:
-        at = Page(browser, options, size=(1600, 1000))
+    with act("openfab view --new", lambda: Viewer(options, "--new", folder)) as url:
+        at = Page(browser, options, size=(1440, 900))
         page = at.page
-        act("open the page", lambda: at.open(url))
+        act("open the page", lambda: at.open(url, view=None))
         act("drop a mesh", lambda: drop_file(page, mesh))
         at.eventually("the mesh is the object's", lambda: "is the mesh octahedron" in at.text("#files_note"))
         check("its file lies beside the world", (folder / "octahedron.obj").is_file())
-        check("the world names it", '"mesh": "octahedron"' in (folder / "newcomer.fab.json").read_text())
+        act("60 mm", lambda: (page.fill("[data-control=size0]", "60"), page.keyboard.press("Tab")))
+        at.eventually("it is 60 mm wide", lambda: "60 × 60 × 60" in at.text("#part"))
+        act("J850", lambda: page.select_option("[data-control=printer]", "j850"))
+        at.eventually("the world has the printer", lambda: '"printer": "j850"' in (folder / "newcomer.fab.json").read_text())
         act("open the graph", lambda: page.click("#graph_button"))
         page.wait_for_selector("#graph_svg .node")
-        act("Add", lambda: page.click("#graph_add"))
-        page.wait_for_selector("#palette:not([hidden])")
-        act("search", lambda: page.fill("#palette_search", "gyroid"))
-        at.settle(300)
-        entry = page.locator("#palette_list button").first
-        act("drag it in", lambda: entry.drag_to(page.locator("#graph_svg"), target_position={"x": 520, "y": 20}))
-        at.eventually("a gyroid is there", lambda: "gyroid_value" in text(page))
         at.settle(500)
+        take(at, act, "Lattices", "gyroid")
+        take(at, act, "Materials", "mix_field")
         act("see all", lambda: page.click("#graph_fit"))
         at.settle(400)
+        gyroid = page.locator("#graph_svg .node[aria-label*='= gyroid']").first.get_attribute("aria-label")
+        mix = page.locator("#graph_svg .node[aria-label*='mix_field']").first.get_attribute("aria-label")
         start = time.monotonic()
-        act("the gyroid colours the core", lambda: drag(page, dot(page, "gyroid_value = gyroid", ".out"), dot(page, "mc.Set", "[data-port='2'] .in")))
-        at.eventually("the wire is in the text", lambda: "mc.Set(core, gyroid_value)" in text(page))
+        act("the gyroid is the field", lambda: drag(page, by_label(page, gyroid, ".out"), by_label(page, mix, "[data-port='2'] .in")))
+        ready(at)
+        at.eventually("the wire is in the text", lambda: re.search(r"mix_field\(core, shell, gyroid_value", text(page)))
         print(f"        the text answers after {time.monotonic() - start:.2f} s")
-        act("Add", lambda: page.click("#graph_add"))
-        act("search", lambda: page.fill("#palette_search", "grade_depth"))
-        at.settle(300)
-        act("take it", lambda: page.keyboard.press("Enter"))
-        at.eventually("a grade by depth is there", lambda: "grade_depth(" in text(page))
-        act("see all", lambda: page.click("#graph_fit"))
-        at.settle(400)
-        title = page.locator("#graph_svg .node:has(.title:text-matches('grade_depth'))").first.locator(".title").text_content()
-        act("it colours the shell", lambda: drag(page, dot(page, title, ".out"), page_dot(page)))
-        at.eventually("the wire is in the text", lambda: re.search(r"mc\.Set\(shell, \w+\)", text(page)))
-        at.eventually("it is printed as a draft", lambda: not page.is_visible("#progress"))
-        at.eventually("and nothing is wrong", lambda: not at.text("#diagnostics") and not page.is_visible("#world_message"))
-        at.settle(1500)
+        act("which is the result", lambda: drag(page, by_label(page, mix, ".out"), by_label(page, "return", "[data-port='0'] .in")))
+        ready(at)
+        act("the wire to the result", lambda: page.mouse.click(*by_label(page, "return", "[data-port='0'] .strip")))
+        take(at, act, "Materials", "mix_depth")
+        at.eventually("a colour by depth lies over it", lambda: re.search(r"return mix_depth\(core, \w+, distance\(", text(page)))
         at.shot("newcomer_graph")
+        act("drop a picture", lambda: drop_bytes(page, "spots.bmp", bitmap(32, 16, lambda x, y: (x // 4 + y // 4) % 2 == 0)))
+        at.eventually("which can be put on", lambda: page.locator("[data-control=picture_put]").count() == 1)
+        act("put it on", lambda: page.click("[data-control=picture_put]"))
+        at.eventually("it is on the part", lambda: "mix_picture_on(" in (folder / "newcomer.fl").read_text() and '"picture": "spots"' in (folder / "newcomer.fab.json").read_text())
+        at.settle(1500)
+        at.eventually("it is printed as a draft", lambda: not page.is_visible("#progress"))
+        at.eventually("and nothing is wrong", lambda: "error" not in at.text("#diagnostics") and not page.is_visible("#world_message.error"))
+        act("close the graph", lambda: page.click("#graph_button"))
+        at.settle(2500)
+        at.shot("newcomer_part")
         act("print", lambda: page.click("#print"))
-        at.eventually("the print is done", lambda: "is printed" in at.text("#print_state"))
-        check("it lies beside the world", (folder / "newcomer.ofr").stat().st_size > 1000)
+        page.wait_for_function("() => document.getElementById('print_state').textContent.includes('is printed')", timeout=600_000)
+        print_file = folder / "newcomer.ofr"
+        check("it lies beside the world", print_file.stat().st_size > 1000)
+        at.eventually("it is in view, with its path", lambda: at.text("#title") == "newcomer.ofr" and at.text("#printed_path") == str(print_file))
+        at.settle(4000)
         at.shot("newcomer_printed")
-        check(f"{act.count} actions are at most 25", act.count <= 25)
+        check(f"{act.count} actions are at most 30", act.count <= 30)
         at.close()
-
-
-def page_dot(page):
-    """Returns the amount of the second mc.Set."""
-    box = page.locator("#graph_svg .node:has(.title:text-is('mc.Set')) [data-port='2'] .in").nth(1).bounding_box()
-    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
 def templates(browser, options):

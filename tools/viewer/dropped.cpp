@@ -18,6 +18,7 @@
 #include "base/replace_file.h"
 #include "base/text.h"
 #include "client/child.h"
+#include "mesh/load/load_mesh.h"
 #include "tools/viewer/messages.h"
 #include "tools/viewer/source_text.h"
 #include "world/edit/world_edit.h"
@@ -104,6 +105,36 @@ std::string notes_of(const std::string& words) {
     return out;
 }
 
+/// A message of an import in the page's own terms: without the folder that nobody knows, and without advice for who types
+/// commands, in brackets or as a sentence of its own.
+std::string page_words(std::string words, const fs::path& scratch) {
+    const std::string folder = scratch.string() + "/";
+    for (size_t at = 0; (at = words.find(folder, at)) != std::string::npos;)
+        words.erase(at, folder.size());
+    const auto is_command = [](std::string_view text) {
+        return text.find("openfab ") != std::string_view::npos ||
+               text.find("--") != std::string_view::npos ||
+               text.find("scripts/") != std::string_view::npos ||
+               text.find("\"repair\"") != std::string_view::npos;
+    };
+    std::string out;
+    size_t from = 0;
+    while (from < words.size()) {
+        // To the end of a sentence, a part of one, or a bracket.
+        size_t to = from + 1;
+        while (to < words.size() && words[to] != '\n' && words[to] != '(' &&
+               !(words[to - 1] == ')') &&
+               !((words[to - 1] == '.' || words[to - 1] == ';') && words[to] == ' '))
+            ++to;
+        const std::string_view part = std::string_view(words).substr(from, to - from);
+        if (!is_command(part)) out += part;
+        from = to;
+    }
+    while (!out.empty() && (out.back() == ' ' || out.back() == ';' || out.back() == '\n'))
+        out.pop_back();
+    return out.empty() ? out : out + "\n";
+}
+
 /// A name that a section of the world does not have, or has for the same already.
 std::string free_entry(const JsonValue& world, std::string_view section, const std::string& stem,
                        const std::string& value) {
@@ -126,6 +157,30 @@ std::string free_entry(const JsonValue& world, std::string_view section, const s
 
 }  // namespace
 
+namespace {
+
+/// A mesh that was repaired for an object alone, which has another one now, would be an error without its repair.
+Result<void> forget_repaired(const JsonValue& before, const std::string& object,
+                             const std::string& entry, bool repair, world::WorldEdit* edit) {
+    const JsonValue* objects = member_of(before, "objects");
+    const JsonValue* of = objects == nullptr ? nullptr : member_of(*objects, object);
+    const JsonValue* mesh = of == nullptr ? nullptr : member_of(*of, "mesh");
+    if (mesh == nullptr || mesh->text == entry || member_of(*of, "repair") == nullptr) return {};
+    if (!repair) {
+        const std::vector<std::string> path{"objects", object, "repair"};
+        if (Result<void> done = edit->remove_at(path); !done) return done;
+    }
+    const auto uses = [&](const JsonMember& other) {
+        const JsonValue* its = member_of(other.value, "mesh");
+        return other.key != object && its != nullptr && its->text == mesh->text;
+    };
+    if (std::any_of(objects->members.begin(), objects->members.end(), uses)) return {};
+    const std::vector<std::string> path{"meshes", mesh->text};
+    return edit->remove_at(path);
+}
+
+}  // namespace
+
 Result<void> Dropped::add(const std::string& name, int64_t at, const std::string& bytes) {
     if (!is_plain(name)) return user_error(messages::kNameCannotBeUsed);
     const std::lock_guard lock(mutex_);
@@ -143,7 +198,10 @@ Result<void> Dropped::add(const std::string& name, int64_t at, const std::string
 }
 
 Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string& object,
-                                        const fs::path& world, const std::string& text) const {
+                                        const fs::path& world, const std::string& text,
+                                        bool repair) const {
+    if (!mesh::is_mesh_file(file.string()))
+        return user_error(fmt::format(messages::kNeitherMeshNorPicture, file.filename().string()));
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create(scratch_);
     if (!folder) return folder.error();
     const fs::path made = (*folder)->path() / "made";
@@ -156,6 +214,7 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
                                   "--one-material",
                                   "--output",
                                   made.string()};
+    if (repair) argv.insert(argv.end(), {"--repair", "winding"});
     for (const std::string& word : client::memory_words())
         argv.push_back(word);
     Result<std::unique_ptr<client::Child>> child =
@@ -163,9 +222,13 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
     if (!child) return child.error();
     const int code = (*child)->wait();
     const std::string words = client::end_of_file(err, kMostWords);
-    if (code != 0)
-        return user_error(words.empty() ? messages::kImportFailed
-                                        : words.substr(words.starts_with("error: ") ? 7 : 0));
+    if (code != 0) {
+        const bool mendable = !repair && words.find("winding") != std::string::npos;
+        const std::string said =
+            page_words(words.substr(words.starts_with("error: ") ? 7 : 0), scratch_);
+        return user_error((said.empty() ? std::string(messages::kImportFailed) : said) +
+                          (mendable ? messages::kCanBeRepaired : ""));
+    }
     const Result<std::string> imported = read_source(made / (file.stem().string() + ".fab.json"));
     if (!imported) return imported.error();
     const Result<JsonValue> json = parse_json(*imported, "openfab import");
@@ -174,7 +237,7 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
                                    ? nullptr
                                    : member_of(meshes->members[0].value, "file");
     if (of_file == nullptr) return internal_error(messages::kImportMadeNoMesh);
-    Made out{text, notes_of(words), {}, true};
+    Made out{text, page_words(notes_of(words), scratch_), {}, true};
     if (meshes->members.size() > 1)
         out.notes += fmt::format(messages::kFirstMeshShown, meshes->members.size());
     const Result<std::string> name = put_beside(made / of_file->text, world.parent_path());
@@ -190,23 +253,27 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
     value += "}";
     Result<world::WorldEdit> edit = world::WorldEdit::of_text(text, world.filename().string());
     if (!edit) return edit.error();
+    const Result<JsonValue> before = parse_json(text, world.filename().string());
+    if (!before) return before.error();
     out.entry = free_entry(edit->tree(), "meshes", file.stem().string(), value);
     Result<void> changed = edit->set_entry("meshes", out.entry, value);
     if (changed) changed = edit->set_of_object(object, "mesh", json_of(out.entry));
+    if (changed && repair) changed = edit->set_of_object(object, "repair", json_of("winding"));
+    if (changed) changed = forget_repaired(*before, object, out.entry, repair, &*edit);
     if (!changed) return changed.error();
     out.world = edit->text();
     return out;
 }
 
 Result<Dropped::Made> Dropped::use(const std::string& name, const std::string& object,
-                                   const fs::path& world, const std::string& text) {
+                                   const fs::path& world, const std::string& text, bool repair) {
     if (!is_plain(name)) return user_error(messages::kNameCannotBeUsed);
     const std::lock_guard lock(mutex_);
     const fs::path file = scratch_ / name;
     std::error_code status;
     if (!fs::is_regular_file(file, status))
         return user_error(fmt::format(messages::kHasNotCome, name));
-    if (!is_picture(file)) return use_mesh(file, object, world, text);
+    if (!is_picture(file)) return use_mesh(file, object, world, text, repair);
     Result<world::WorldEdit> edit = world::WorldEdit::of_text(text, world.filename().string());
     if (!edit) return edit.error();
     const Result<std::string> put = put_beside(file, world.parent_path());

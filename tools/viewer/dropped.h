@@ -31,13 +31,14 @@ class Dropped {
         bool is_mesh = false;
     };
     /// Puts a file that has come into the folder of a world, whose text this is: a mesh becomes that of an object, a
-    /// picture a texture.
+    /// picture a texture. `repair`: a mesh that is not closed is made so.
     Result<Made> use(const std::string& name, const std::string& object,
-                     const std::filesystem::path& world, const std::string& text);
+                     const std::filesystem::path& world, const std::string& text, bool repair);
 
   private:
     Result<Made> use_mesh(const std::filesystem::path& file, const std::string& object,
-                          const std::filesystem::path& world, const std::string& text) const;
+                          const std::filesystem::path& world, const std::string& text,
+                          bool repair) const;
 
     std::filesystem::path programs_, scratch_;
     std::mutex mutex_;

@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -27,6 +28,7 @@
 #include "tools/viewer/full_print.h"
 #include "tools/viewer/graph_compiler.h"
 #include "tools/viewer/node_look.h"
+#include "tools/viewer/part_edit.h"
 #include "tools/viewer/part_finder.h"
 #include "tools/viewer/prober.h"
 #include "tools/viewer/session.h"
@@ -91,7 +93,11 @@ class Live {
     /// Takes a part of a file that is dropped on the page (dropped.h).
     Result<void> upload(const std::string& name, int64_t at, const std::string& bytes);
     /// Makes it part of the world, as the mesh of an object or a texture; returns {"name", "mesh", "notes"}.
-    Result<std::string> use_file(const std::string& name, const std::string& object);
+    /// `repair`: one that is not closed is made so.
+    Result<std::string> use_file(const std::string& name, const std::string& object, bool repair);
+    /// Changes the world as the panel "Part" does (part_edit.h), goes back, or forward again.
+    Result<void> edit_part(const JsonValue& edits);
+    Result<void> step_part(bool forward);
     /// Prints the world with the values that were set, at its printer's own pitch.
     Result<void> begin_full_print();
     void stop_full_print();
@@ -150,6 +156,10 @@ class Live {
     /// Whether the print has made its slices; its process may still compile what the next one culls by.
     bool print_is_whole() const;
     void set_phase(Phase phase, const client::PrintWords& words);
+    /// Replaces the world's text by what `change` makes of it.
+    Result<void> change_world(const std::function<Result<std::string>(const std::string&)>& change);
+    /// The caller holds the lock.
+    void describe_part_of_world(JsonText* out) const;
     void describe_object(const world::Object& object, JsonText* out) const;
     struct Source {
         std::filesystem::path path;
@@ -178,7 +188,8 @@ class Live {
     Dropped dropped_;
     mutable FullPrint full_print_;
     std::atomic<bool> stop_{false};
-    std::mutex uses_mutex_;  ///< of use_file; taken before files_mutex_
+    std::mutex uses_mutex_;     ///< of use_file; taken before files_mutex_
+    PartHistory part_history_;  ///< guarded by files_mutex_
     std::mutex
         files_mutex_;  ///< of what is in the world's folder (world_lock.h); taken before mutex_
 

@@ -58,6 +58,10 @@ class Body {
         fail(name, messages::kNotAWholeNumber);
         return least;
     }
+    bool truth_or(const char* name, bool otherwise) const {
+        const JsonValue* found = member_of(json_, name);
+        return found != nullptr && found->is(JsonValue::Kind::kBool) ? found->boolean : otherwise;
+    }
     const std::string& failed() const { return failed_; }
 
   private:
@@ -88,9 +92,17 @@ Answer post(Live* live, const std::string& path, Body body) {
         const std::string name = body.text("name");
         const std::string object = path == "/api/use" ? body.text("object") : std::string();
         if (!body.failed().empty()) return refusal(400, body.failed());
-        if (path == "/api/use") return answer_of(live->use_file(name, object));
+        if (path == "/api/use")
+            return answer_of(live->use_file(name, object, body.truth_or("repair", false)));
         return answer_of(live->use_template(name));
     }
+    if (path == "/api/part") {
+        const JsonValue& edits = body.value("edits");
+        if (!body.failed().empty()) return refusal(400, body.failed());
+        return answer_of(live->edit_part(edits));
+    }
+    if (path == "/api/unpart" || path == "/api/repart")
+        return answer_of(live->step_part(path == "/api/repart"));
     if (path == "/api/show") {
         const bool full = body.whole("full", 0, 1) == 1;
         if (!body.failed().empty()) return refusal(400, body.failed());
@@ -150,7 +162,8 @@ std::optional<Answer> answer_on_world(Live* live, const Request& request) {
     const bool writes = path == "/api/places" || path == "/api/check" || path == "/api/source" ||
                         is_graph(path) || path == "/api/set" || path == "/api/draft" ||
                         path == "/api/revert" || path == "/api/write" || path == "/api/print" ||
-                        path == "/api/stop" || path == "/api/show" || path == "/api/try" ||
+                        path == "/api/stop" || path == "/api/show" || path == "/api/part" ||
+                        path == "/api/unpart" || path == "/api/repart" || path == "/api/try" ||
                         path == "/api/untry" || path == "/api/template" || path == "/api/use" ||
                         path == "/api/upload";
     if (!(request.post ? writes : reads)) return {};

@@ -20,6 +20,8 @@
 //   POST api/places  {"fablet", "places"}     keeps them
 //   POST api/set     {"object", "uniform", "value"}
 //   POST api/draft   {"draft"}   0: as fine as the part needs
+//   POST api/part    {"edits"}   of the world, by the panel "Part" (part_edit.h)
+//   POST api/unpart, api/repart   {}   takes back the last of these, or does it again
 //   POST api/show    {"full"}    1: the last whole print is in view, 0: the draft
 //   POST api/revert, api/write   {}
 //   POST api/upload?name=…&at=N   the next bytes of a file that was dropped

@@ -29,6 +29,14 @@ void Live::describe(JsonText* out) const {
 
 void Live::describe_object(const world::Object& object, JsonText* out) const {
     out->begin_object().member("name", object.name).member("fablet", object.fablet);
+    if (const auto ref = read_.world->fablets.find(object.fablet);
+        ref != read_.world->fablets.end()) {
+        // The number of its text, and its name there.
+        const auto source =
+            std::find(read_.sources.begin(), read_.sources.end(), ref->second.source);
+        out->member("source", static_cast<int64_t>(source - read_.sources.begin()));
+        out->member("fablet_name", ref->second.fablet);
+    }
     out->key("uniforms").begin_array();
     const auto described = read_.described.find(object.fablet);
     const JsonValue* uniforms =
@@ -71,7 +79,9 @@ std::string Live::details() const {
         for (const world::Object& object : read_.world->objects)
             describe_object(object, &out);
     }
-    out.end_array().key("materials").begin_array();
+    out.end_array().key("part");
+    describe_part_of_world(&out);
+    out.key("materials").begin_array();
     if (read_.world != nullptr) {
         for (const world::Material& material : read_.world->materials)
             out.value(material.name);

@@ -95,7 +95,8 @@ Result<void> Live::upload(const std::string& name, int64_t at, const std::string
     return dropped_.add(name, at, bytes);
 }
 
-Result<std::string> Live::use_file(const std::string& name, const std::string& object) {
+Result<std::string> Live::use_file(const std::string& name, const std::string& object,
+                                   bool repair) {
     const fs::path world = fs::absolute(options_.file);
     const std::lock_guard one_by_one(uses_mutex_);
     // To import it may take long, and others change the world meanwhile.
@@ -103,7 +104,7 @@ Result<std::string> Live::use_file(const std::string& name, const std::string& o
     for (int i = 0; i < kTries; ++i) {
         const Result<std::string> text = read_source(world);
         if (!text) return text.error();
-        const Result<Dropped::Made> made = dropped_.use(name, object, world, *text);
+        const Result<Dropped::Made> made = dropped_.use(name, object, world, *text, repair);
         if (!made) return made.error();
         const Result<WorldLock> alone = WorldLock::take(&files_mutex_, world);
         if (!alone) return alone.error();

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <iterator>
 #include <span>
 #include <utility>
@@ -173,18 +174,63 @@ Result<void> WorldEdit::set(std::string_view key, std::string_view value) {
 }
 
 Result<void> WorldEdit::remove(std::string_view key) {
-    const auto member = std::ranges::find(tree_.members, key, &JsonMember::key);
-    if (member == tree_.members.end()) return {};
+    if (member_of(tree_, key) == nullptr) return {};
+    return apply({without_member(tree_, key)});
+}
+
+/// The object has the member.
+WorldEdit::Change WorldEdit::without_member(const JsonValue& object, std::string_view key) const {
+    const auto member = std::ranges::find(object.members, key, &JsonMember::key);
     const auto begin_of = [&](const JsonMember& one) { return offset_of(one.line, one.column); };
     const auto end_of = [&](const JsonMember& one) {
         return end_of_value(text_, offset_of(one.value.line, one.value.column));
     };
     // With the comma and the space to the next member, or from the last one.
-    if (const auto next = std::next(member); next != tree_.members.end())
-        return apply({{begin_of(*member), begin_of(*next), ""}});
-    const bool alone = member == tree_.members.begin();
-    const size_t begin = alone ? begin_of(*member) : end_of(*std::prev(member));
-    return apply({{begin, end_of(*member), ""}});
+    if (const auto next = std::next(member); next != object.members.end())
+        return {begin_of(*member), begin_of(*next), ""};
+    const bool alone = member == object.members.begin();
+    return {alone ? begin_of(*member) : end_of(*std::prev(member)), end_of(*member), ""};
+}
+
+namespace {
+
+/// A member of an object by its key, an item of a list by its number; null where there is none.
+const JsonValue* step(const JsonValue& value, const std::string& key) {
+    if (!value.is(JsonValue::Kind::kArray)) return member_of(value, key);
+    size_t index = value.items.size();
+    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), index);
+    const bool fits = error == std::errc() && end == key.data() + key.size();
+    return fits && index < value.items.size() ? &value.items[index] : nullptr;
+}
+
+}  // namespace
+
+Result<void> WorldEdit::set_at(std::span<const std::string> path, std::string_view value) {
+    const JsonValue* at = &tree_;
+    for (size_t i = 0; i < path.size(); ++i) {
+        if (const JsonValue* const next = step(*at, path[i])) {
+            at = next;
+            continue;
+        }
+        if (!at->is(JsonValue::Kind::kObject))
+            return user_error(fmt::format(messages::kNoSuchPlace, name_, path[i]));
+        std::string made(value);
+        for (size_t j = path.size(); j-- > i + 1;)
+            made = fmt::format("{{{}: {}}}", as_json(path[j]), made);
+        return apply({first_member(*at, fmt::format("{}: {}", as_json(path[i]), made))});
+    }
+    const size_t begin = offset_of(at->line, at->column);
+    return apply({{begin, end_of_value(text_, begin), std::string(value)}});
+}
+
+Result<void> WorldEdit::remove_at(std::span<const std::string> path) {
+    const JsonValue* at = &tree_;
+    for (const std::string& key : path.first(path.size() - 1)) {
+        at = step(*at, key);
+        if (at == nullptr) return {};
+    }
+    if (!at->is(JsonValue::Kind::kObject) || member_of(*at, path.back()) == nullptr) return {};
+    return apply({without_member(*at, path.back())});
 }
 
 Result<void> WorldEdit::set_entry(std::string_view section, std::string_view key,

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,6 +42,11 @@ class WorldEdit {
     Result<void> set(std::string_view key, std::string_view value);
     /// Leaves out a member of the world, where it has it.
     Result<void> remove(std::string_view key);
+    /// Sets what a path leads to, such as `build`, `0`, `scale`: names of members, numbers of items. What is missing of the
+    /// members on the way is made.
+    Result<void> set_at(std::span<const std::string> path, std::string_view value);
+    /// Leaves out the member that a path leads to, where it is there.
+    Result<void> remove_at(std::span<const std::string> path);
     /// Sets an entry of a section such as `meshes`, which is made where it is not there.
     Result<void> set_entry(std::string_view section, std::string_view key, std::string_view value);
     /// Gives another name to a uniform that an entry of `objects` or `fablets` binds; nothing changes where it binds none
@@ -69,6 +75,7 @@ class WorldEdit {
     Change first_member(const JsonValue& object, const std::string& member) const;
     Change value_of_member(const JsonValue& object, std::string_view key,
                            std::string_view value) const;
+    Change without_member(const JsonValue& object, std::string_view key) const;
     Result<const JsonValue*> object_named(std::string_view object) const;
     std::vector<const JsonValue*> path_values() const;
     Result<void> rewrite_paths(

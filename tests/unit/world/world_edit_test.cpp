@@ -173,5 +173,41 @@ TEST(WorldEdit, AProgramStaysWhereItIs) {
     EXPECT_THAT(moved.error().text(), HasSubstr("/a"));
 }
 
+TEST(WorldEdit, APathLeadsToAValueAndMakesWhatIsMissing) {
+    const std::string text =
+        R"({"build": [{"object": "a"}, {"object": "b", "scale": 2}], "x": {}})";
+    const auto set = [&](const std::vector<std::string>& path, const std::string& value) {
+        Result<WorldEdit> edit = WorldEdit::of_text(text, "w");
+        const Result<void> done = edit->set_at(path, value);
+        return done ? edit->text() : "refused";
+    };
+    const auto removed = [&](const std::vector<std::string>& path) {
+        Result<WorldEdit> edit = WorldEdit::of_text(text, "w");
+        EXPECT_TRUE(edit->remove_at(path));
+        return edit->text();
+    };
+    EXPECT_EQ(set({"build", "1", "scale"}, "3"),
+              R"({"build": [{"object": "a"}, {"object": "b", "scale": 3}], "x": {}})");
+    EXPECT_EQ(
+        set({"build", "0", "scale"}, "[1, 2, 3]"),
+        R"({"build": [{"scale": [1, 2, 3], "object": "a"}, {"object": "b", "scale": 2}], "x": {}})");
+    EXPECT_EQ(
+        set({"x", "y", "z"}, "true"),
+        R"({"build": [{"object": "a"}, {"object": "b", "scale": 2}], "x": {"y": {"z": true}}})");
+    for (const std::vector<std::string>& path : {std::vector<std::string>{"build", "2", "scale"},
+                                                 {"build", "-1", "scale"},
+                                                 {"build", "x"},
+                                                 {"build", "1", "scale", "deep"}})
+        EXPECT_EQ(set(path, "1"), "refused");
+    EXPECT_EQ(set({"x", "y"}, "{"), "refused") << "the value is no JSON";
+    EXPECT_EQ(removed({"build", "1", "scale"}),
+              R"({"build": [{"object": "a"}, {"object": "b"}], "x": {}})");
+    EXPECT_EQ(removed({"build", "1", "object"}),
+              R"({"build": [{"object": "a"}, {"scale": 2}], "x": {}})");
+    for (const std::vector<std::string>& path :
+         {std::vector<std::string>{"build", "0", "scale"}, {"none", "at", "all"}, {"build", "0"}})
+        EXPECT_EQ(removed(path), text);
+}
+
 }  // namespace
 }  // namespace openfab::testing

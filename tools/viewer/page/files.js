@@ -71,11 +71,24 @@ export class Files {
             for (const file of files) {
                 await this.upload(file);
                 this.say(`${file.name} is read …`);
-                const { name, mesh, notes } = await postJson("api/use", { name: file.name, object: this.chosenObject() });
-                this.say(`${mesh ? `${this.chosenObject()} is the mesh ${name} now.` : ""} ${notes.trim()}`.trim());
+                if (!(await this.use(file.name))) return;
             }
         });
         if (byId("files_trouble").textContent) this.say("");
+    }
+
+    /** Makes a file that has come part of the world; one that is not closed waits for its repair. */
+    async use(file, repair = false) {
+        try {
+            const { name, mesh, notes } = await postJson("api/use", { name: file, object: this.chosenObject(), repair });
+            this.say(`${mesh ? `${this.chosenObject()} is the mesh ${name} now.` : ""} ${notes.trim()}`.trim());
+            return true;
+        } catch (error) {
+            if (error.status !== 422 || !error.message.includes("press Repair")) throw error;
+            this.say("");
+            byId("files_trouble").replaceChildren(error.message, " ", element("button", { onclick: () => this.run(() => this.use(file, true)) }, "Repair"));
+            return false;
+        }
     }
 
     /** That of the focused uniform, else the first. */

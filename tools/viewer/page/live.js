@@ -4,6 +4,7 @@ import { getJson } from "./api.js";
 import { Editor } from "./editor.js";
 import { Files } from "./files.js";
 import { GraphPane } from "./graph.js";
+import { PartPanel } from "./part.js";
 import { forgetTextures } from "./textures.js";
 import { Uniforms } from "./uniforms.js";
 
@@ -27,6 +28,7 @@ export class LivePanel {
         this.uniforms = new Uniforms(run("uniforms_trouble"));
         this.files = new Files(run("files_trouble"));
         this.editor = new Editor(run("editor_trouble"));
+        this.part = new PartPanel(run("part_trouble"), this.editor);
         this.graph = new GraphPane(this.editor, tell((text) => this.graph.say(text)),
             { colorOf: (uniform) => colorOfMaterial(this.boundTo(uniform)), boundTo: (uniform) => this.boundTo(uniform) });
     }
@@ -57,6 +59,7 @@ export class LivePanel {
             forgetTextures();
             this.uniforms.show(details);
             this.files.show(details);
+            this.part.show(details);
             this.showMessage(details.message.trimEnd(), live.phase === "failed");
             await this.editor.show(details);
         } catch (error) {

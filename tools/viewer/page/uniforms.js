@@ -48,7 +48,7 @@ export class Uniforms {
     showDraft(draft) {
         const select = byId("draft");
         const choices = [...new Set([0, 1, 2, 3, 4, 6, 8, 12, 16, draft])].sort((a, b) => a - b);
-        select.replaceChildren(...choices.map((n) => element("option", { value: n, selected: n === draft }, n ? `${n} ×` : "as needed")));
+        select.replaceChildren(...choices.map((n) => element("option", { value: n, selected: n === draft }, n ? `${n} ×` : "auto")));
     }
 
     build(details) {
