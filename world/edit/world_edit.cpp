@@ -216,8 +216,8 @@ Result<void> WorldEdit::set_at(std::span<const std::string> path, std::string_vi
             return user_error(fmt::format(messages::kNoSuchPlace, name_, path[i]));
         std::string made(value);
         for (size_t j = path.size(); j-- > i + 1;)
-            made = fmt::format("{{{}: {}}}", as_json(path[j]), made);
-        return apply({first_member(*at, fmt::format("{}: {}", as_json(path[i]), made))});
+            made = fmt::format("{{{}: {}}}", json_string(path[j]), made);
+        return apply({first_member(*at, fmt::format("{}: {}", json_string(path[i]), made))});
     }
     const size_t begin = offset_of(at->line, at->column);
     return apply({{begin, end_of_value(text_, begin), std::string(value)}});
