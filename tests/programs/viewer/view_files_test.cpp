@@ -60,7 +60,9 @@ TEST_F(ViewFiles, WhatIsDroppedLiesBesideTheWorldAndNothingIsReplaced) {
     ASSERT_EQ(viewer.post("/api/upload?name=part.obj&at=20", text.substr(20)).status, 200);
     const HttpAnswer used = viewer.post("/api/use", R"({"name": "part.obj", "object": "cube"})");
     ASSERT_EQ(used.status, 200) << used.body;
-    EXPECT_THAT(member(used.json(), "notes").text, testing::Says(tools::messages::kNoUnit));
+    // What is said of its unit, without the options of another program.
+    EXPECT_THAT(member(used.json(), "notes").text, HasSubstr("`part.obj`"));
+    EXPECT_THAT(member(used.json(), "notes").text, ::testing::Not(HasSubstr("--")));
     EXPECT_EQ(read_file((scratch_ / "part.obj").string()), mine) << "the other one stays";
     EXPECT_EQ(read_file((scratch_ / "part-2.obj").string()), text);
     EXPECT_THAT(read_file(world()), HasSubstr(R"("mesh": "part")"));
