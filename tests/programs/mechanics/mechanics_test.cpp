@@ -112,8 +112,8 @@ TEST_F(Mechanics, WhatIsWrongIsNamedWithWhatToDo) {
     EXPECT_THAT(
         refused(both(kHeld, kPush), "[0, 0, 0], [0, 0, 15]"),
         AllOf(testing::Says(mechanics::messages::kPieceNotHeld, "2"), HasSubstr("`--loose`")));
+    EXPECT_THAT(refused(both(kHeld, kPush), "[0, 0, 0]", {"--voxel", "7mm"}),
                 AllOf(testing::Says(mechanics::messages::kThinWallsHelp), HasSubstr("thin")));
-                AllOf(testing::Says(mechanics::messages::kFinerVoxel), HasSubstr("thin")));
     scratch_.write("mechanics.json", R"({"materials": {"stiff": {"nu": 0.3}}})");
     EXPECT_THAT(refused(both(kHeld, kPush)),
                 AllOf(testing::Says(mechanics::messages::kNoModulus, "stiff"),
