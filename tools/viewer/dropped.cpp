@@ -10,6 +10,7 @@
 #include <memory>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/input_file.h"
 #include "base/json.h"
@@ -118,17 +119,25 @@ std::string page_words(std::string words, const fs::path& scratch) {
                text.find("\"repair\"") != std::string_view::npos;
     };
     std::string out;
-    size_t from = 0;
-    while (from < words.size()) {
-        // To the end of a sentence, a part of one, or a bracket.
-        size_t to = from + 1;
-        while (to < words.size() && words[to] != '\n' && words[to] != '(' &&
-               !(words[to - 1] == ')') &&
-               !((words[to - 1] == '.' || words[to - 1] == ';') && words[to] == ' '))
-            ++to;
-        const std::string_view part = std::string_view(words).substr(from, to - from);
-        if (!is_command(part)) out += part;
+    for (size_t from = 0; from < words.size();) {
+        // A sentence, or a part of one up to a semicolon: what is in brackets, and what is not.
+        std::vector<std::string> parts(1);
+        std::string plain;
+        bool bracketed = false;
+        size_t to = from;
+        for (; to < words.size(); ++to) {
+            const bool ends = to > from && (words[to - 1] == '.' || words[to - 1] == ';');
+            if (!bracketed && to > from && (words[to] == '\n' || (ends && words[to] == ' '))) break;
+            if (words[to] == '(' && !bracketed) parts.emplace_back(), bracketed = true;
+            parts.back() += words[to];
+            if (!bracketed) plain += words[to];
+            if (words[to] == ')' && bracketed) parts.emplace_back(), bracketed = false;
+        }
         from = to;
+        if (is_command(plain)) continue;
+        for (const std::string& part : parts) {
+            if (!is_command(part)) out += part;
+        }
     }
     while (!out.empty() && (out.back() == ' ' || out.back() == ';' || out.back() == '\n'))
         out.pop_back();

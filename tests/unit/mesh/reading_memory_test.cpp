@@ -90,7 +90,7 @@ TEST(ReadingMemory, CountsComponentsOf3mfBeforeItMakesThem) {
                 messages::kBuildTooManyTriangles);
     EXPECT_SAYS(refusal(threemf(nested, R"(<item objectid="3"/>)"), "a.3mf"),
                 messages::kTooLargeToRead, "*", 3200000);
-    EXPECT_SAYS(refusal(threemf(nested, R"(<item objectid="3"/>)"), "a.3mf"), "`--memory`");
+    EXPECT_SAYS(refusal(threemf(nested, R"(<item objectid="3"/>)"), "a.3mf"), "`--memory 4GB`");
     const std::string laughs = R"(<object id="1">)" + tetrahedra(1) + "</object>" + [] {
         std::string text;
         for (int i = 2; i < 12; ++i)
