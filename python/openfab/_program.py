@@ -25,7 +25,8 @@ def main(words: list[str]) -> int:
 
 def _print(words: list[str]) -> int:
     try:
-        program = load(words[0])._snapshot().program()
+        allowed = [word.removeprefix("--allow=") for word in words if word.startswith("--allow=")]
+        program = load(words[0], allow=allowed)._snapshot().program()
     except Error as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
