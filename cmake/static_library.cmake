@@ -4,17 +4,20 @@
 # where the system has an archive. The Python extension is a shared library itself, and a system's archives need not be
 # position independent (libexpat.a of Debian 13 is not): it gets the shared ones.
 function(openfab_static_library target header archive shared)
+    # A name of its own, since a build folder of before remembers the archive.
+    set(file ${target}_FILE)
     if(OPENFAB_PYTHON)
         set(archive)
+        set(file ${target}_SHARED_FILE)
     endif()
-    find_library(${target}_FILE NAMES ${archive} ${shared})
+    find_library(${file} NAMES ${archive} ${shared})
     find_path(${target}_INCLUDE ${header})
-    if(NOT ${target}_FILE OR NOT ${target}_INCLUDE)
+    if(NOT ${file} OR NOT ${target}_INCLUDE)
         message(FATAL_ERROR "${shared} was not found: run scripts/setup")
     endif()
     add_library(${target} INTERFACE)
     target_include_directories(${target} SYSTEM INTERFACE ${${target}_INCLUDE})
-    target_link_libraries(${target} INTERFACE ${${target}_FILE})
+    target_link_libraries(${target} INTERFACE ${${file}})
 endfunction()
 openfab_static_library(openfab_deflate libdeflate.h libdeflate.a deflate)
 openfab_static_library(openfab_expat expat.h libexpat.a expat)
