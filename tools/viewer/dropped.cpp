@@ -87,12 +87,6 @@ Result<std::string> put_beside(const fs::path& file, const fs::path& folder) {
     return user_error(fmt::format(messages::kTooManyFilesLike, file.filename().string()));
 }
 
-std::string json_of(std::string_view text) {
-    JsonText out;
-    out.value(text);
-    return out.take();
-}
-
 /// What an import says, without where it put its own world.
 std::string notes_of(const std::string& words) {
     std::string out;
@@ -256,7 +250,7 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
     for (const JsonMember& member : meshes->members[0].value.members) {
         JsonText of_member;
         member.key == "file" ? of_member.value(*name) : of_member.value(member.value);
-        value += fmt::format("{}{}: {}", value.empty() ? "{" : ", ", json_of(member.key),
+        value += fmt::format("{}{}: {}", value.empty() ? "{" : ", ", json_string(member.key),
                              of_member.take());
     }
     value += "}";
@@ -266,8 +260,8 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
     if (!before) return before.error();
     out.entry = free_entry(edit->tree(), "meshes", file.stem().string(), value);
     Result<void> changed = edit->set_entry("meshes", out.entry, value);
-    if (changed) changed = edit->set_of_object(object, "mesh", json_of(out.entry));
-    if (changed && repair) changed = edit->set_of_object(object, "repair", json_of("winding"));
+    if (changed) changed = edit->set_of_object(object, "mesh", json_string(out.entry));
+    if (changed && repair) changed = edit->set_of_object(object, "repair", json_string("winding"));
     if (changed) changed = forget_repaired(*before, object, out.entry, repair, &*edit);
     if (!changed) return changed.error();
     out.world = edit->text();
@@ -287,7 +281,7 @@ Result<Dropped::Made> Dropped::use(const std::string& name, const std::string& o
     if (!edit) return edit.error();
     const Result<std::string> put = put_beside(file, world.parent_path());
     if (!put) return put.error();
-    const std::string value = fmt::format("{{\"file\": {}}}", json_of(*put));
+    const std::string value = fmt::format("{{\"file\": {}}}", json_string(*put));
     Made out;
     out.entry = free_entry(edit->tree(), "textures", file.stem().string(), value);
     out.notes = fmt::format(messages::kTextureOfWorld, out.entry);

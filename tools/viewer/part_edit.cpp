@@ -67,10 +67,8 @@ std::string spaced(const JsonValue& value) {
     std::string out;
     if (value.is(JsonValue::Kind::kObject)) {
         for (const JsonMember& member : value.members) {
-            JsonText key;
-            key.value(member.key);
-            out +=
-                fmt::format("{}{}: {}", out.empty() ? "" : ", ", key.take(), spaced(member.value));
+            out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", json_string(member.key),
+                               spaced(member.value));
         }
         return "{" + out + "}";
     }
