@@ -32,7 +32,7 @@ set(left_unmeasured
     unit/opening_test unit/pieces_collide_test unit/plain_threads_test unit/sha256_test unit/slab_watch_test
     unit/slicer_test unit/sweeps_test unit/text_test unit/texture_nrrd_test unit/texture_optional_converter_test
     unit/texture_picture_kinds_test unit/texture_scans_test unit/texture_tiff_test unit/texture_volume_features_test
-    unit/texture_vtk_legacy_test unit/unit_mechanics unit/units_test unit/vrml_test unit/world_edit_test)
+    unit/texture_vtk_legacy_test unit/unit_mechanics unit/units_test unit/world_edit_test)
 set(left_to_the_night ${left_compiled} ${left_algebra} ${left_plain} ${left_costly} ${left_unmeasured})
 
 # Of the folders whose programs are compared whole (crossings, exec, format, golden, package, programs, scenes, support): what an
