@@ -109,7 +109,9 @@ def swatches(root, pages):
 
 
 def parameters(signature):
+    """Returns the type and the name of each parameter. A default value may hold commas: `float3 low = {0, 0, 0}`."""
     inside = signature[signature.index("(") + 1:signature.rindex(")")]
+    inside = re.sub(r"\s*=\s*(?:\{[^{}]*\}|\w*\([^()]*\)|[^,])*", "", inside)
     return [part.split() for part in inside.split(",") if part.strip()]
 
 
