@@ -10,6 +10,7 @@ import { familyOf, titleOf } from "../../tools/viewer/page/graph_draw.js";
 import { heightOf, kSize, layout } from "../../tools/viewer/page/graph_layout.js";
 import { canBeLookedAt, hasPicture, membersOf, short } from "../../tools/viewer/page/graph_look.js";
 import { mayTake } from "../../tools/viewer/page/graph_palette.js";
+import { inputsFor, nearestIn } from "../../tools/viewer/page/graph_wire.js";
 
 const node = (id, froms, more = {}) => ({ id, kind: "call", title: "f", outputs: [{ name: "", type: "float" }], ports: froms.map((from) => ({ from: from ?? undefined, label: "x" })), ...more });
 
@@ -62,4 +63,25 @@ test("values are short, and members are theirs", () => {
     assert.deepEqual(membersOf([1, 2, 3], ""), [1, 2, 3]);
     assert.ok(canBeLookedAt(node(0, [])) && !canBeLookedAt(node(0, [], { outputs: [{ type: "Material" }] })));
     assert.ok(!hasPicture(node(0, [], { role: "uniform" })));
+});
+
+test("a wire goes to inputs that take it, to those of its very type first, never to what it is made of", () => {
+    const nodes = [
+        { id: 0, kind: "call", title: "a", outputs: [{ name: "", type: "float" }], ports: [] },
+        { id: 1, kind: "call", title: "b", outputs: [{ name: "", type: "float" }], ports: [{ from: 0, output: 0, begin: 3, wants: "float" }] },
+        { id: 2, kind: "call", title: "c", outputs: [{ name: "", type: "float" }], ports: [{ from: 1, output: 0, begin: 9, wants: "float3" }, { begin: 12, wants: "float" }, { wants: "float" }, { begin: 14, wants: "Material" }] },
+        { id: 3, kind: "result", title: "return", outputs: [], ports: [{ from: 1, output: 0, begin: 20, wants: "float" }] },
+    ];
+    const place = (node, i) => ({ x: 100 * node.id, y: 10 * i });
+    const found = inputsFor(nodes, 1, 0, place, { x: 100, y: 0 }).map(({ node, port }) => [node, port]);
+    assert.deepEqual(found, [[2, 1]]);  // 2.0 and 3.0 have this wire, 2.2 is no place of the text, 2.3 is a material, 1.0 and 0 are before
+    assert.deepEqual(inputsFor(nodes, 0, 0, place, { x: 0, y: 0 }).map(({ node, port }) => [node, port]), [[2, 1], [3, 0], [2, 0]]);
+    assert.deepEqual(inputsFor(nodes, 2, 0, place, { x: 200, y: 0 }).map(({ node, port }) => [node, port]), [[3, 0]]);
+});
+
+test("an arrow goes to the nearest in its direction, one straight ahead before one aside", () => {
+    const places = [{ x: 0, y: 0, id: 0 }, { x: 100, y: 0, id: 1 }, { x: 60, y: 50, id: 2 }, { x: 0, y: 40, id: 3 }];
+    assert.equal(nearestIn(places, places[0], [1, 0]).id, 1);
+    assert.equal(nearestIn(places, places[0], [0, 1]).id, 3);
+    assert.equal(nearestIn(places, places[0], [-1, 0]), undefined);
 });

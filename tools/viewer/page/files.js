@@ -8,9 +8,9 @@ const byId = (id) => document.getElementById(id);
 const kPartBytes = 3 << 20;
 
 export class Files {
-    /** `run` does something that asks the server, and shows what comes of it. */
-    constructor(run) {
-        this.run = run;
+    /** `run` does something that asks the server, and shows what comes of it; `hasPicture` hears that one has come. */
+    constructor(run, hasPicture) {
+        Object.assign(this, { run, hasPicture });
         this.objects = [];
         this.listen();
     }
@@ -67,27 +67,30 @@ export class Files {
     /** Takes files one after the other; the mesh goes to the object that is chosen. */
     async take(files) {
         this.say("");
+        let used = null;
         await this.run(async () => {
             for (const file of files) {
                 await this.upload(file);
                 this.say(`${file.name} is read …`);
-                if (!(await this.use(file.name))) return;
+                used = await this.use(file.name);
+                if (!used) return;
             }
         });
         if (byId("files_trouble").textContent) this.say("");
+        return used;
     }
 
-    /** Makes a file that has come part of the world; one that is not closed waits for its repair. */
+    /** Makes a file that has come part of the world, and says what of it; one that is not closed waits for its repair. */
     async use(file, repair = false) {
         try {
             const { name, mesh, notes } = await postJson("api/use", { name: file, object: this.chosenObject(), repair });
             this.say(`${mesh ? `${this.chosenObject()} is the mesh ${name} now.` : ""} ${notes.trim()}`.trim());
-            return true;
+            return { mesh };
         } catch (error) {
             if (error.status !== 422 || !error.message.includes("press Repair")) throw error;
             this.say("");
             byId("files_trouble").replaceChildren(error.message, " ", element("button", { onclick: () => this.run(() => this.use(file, true)) }, "Repair"));
-            return false;
+            return null;
         }
     }
 
@@ -113,7 +116,12 @@ export class Files {
             event.preventDefault();
             this.take([...event.dataTransfer.files]);
         });
-        byId("files").addEventListener("change", () => { this.take([...byId("files").files]); byId("files").value = ""; });
+        byId("files").addEventListener("change", async () => {
+            const taken = this.take([...byId("files").files]);
+            byId("files").value = "";
+            const used = await taken;
+            if (used && !used.mesh) this.hasPicture();
+        });
         byId("add_file").addEventListener("click", () => byId("files").click());
         byId("print").addEventListener("click", () => this.run(() => postJson(this.printing ? "api/stop" : "api/print", {})));
         byId("show_print").addEventListener("click", (event) => this.run(() => postJson("api/show", { full: Number(event.target.dataset.full) })));

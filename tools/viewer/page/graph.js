@@ -5,13 +5,14 @@ import { postJson } from "./api.js";
 import { element } from "./format.js";
 import { GraphDrag } from "./graph_drag.js";
 import { GraphClips } from "./graph_clips.js";
-import { GraphDrawing } from "./graph_draw.js";
+import { GraphDrawing, titleOf } from "./graph_draw.js";
 import { GraphHand } from "./graph_hand.js";
 import { GraphInspector } from "./graph_inspector.js";
 import { canBeLookedAt, GraphLooks, hasPicture, isTexture, speedText } from "./graph_look.js";
 import { GraphMap } from "./graph_map.js";
 import { GraphPalette } from "./graph_palette.js";
 import { GraphStands } from "./graph_stands.js";
+import { GraphWire, nearestIn } from "./graph_wire.js";
 import { Pane } from "./panes.js";
 import { Split } from "./split.js";
 
@@ -31,6 +32,7 @@ export class GraphPane {
         this.map = new GraphMap(byId("graph_map"), this.drawing);
         this.stands = new GraphStands(this);
         this.clips = new GraphClips(this);
+        this.wire = new GraphWire(this);
         this.palette = new GraphPalette((entry) => this.add(entry), (action) => postJson("api/picture", { fablet: this.editor.fablet, text: "", action }), (dx) => this.drawing.move(dx, 0));
         this.drag = new GraphDrag((path, more) => this.ask(path, more));
         this.inspector = new GraphInspector({ act: (action) => this.act(action), drag: (action) => this.beginDrag(action), goTo: (node) => this.goTo(node), choose: (port) => this.choosePort(port) });
@@ -320,20 +322,23 @@ export class GraphPane {
         if (!placed || placed.length === 0) return;
         const now = [...this.selected].at(-1);
         if (now === undefined) return this.select(placed.length - 1);
-        let best = null;
-        let least = Infinity;
-        placed.forEach((at, id) => {
-            const [ax, ay] = [at.x - placed[now].x, at.y - placed[now].y];
-            const along = ax * dx + ay * dy;
-            if (id === now || along <= 0) return;
-            const cost = along + 3 * Math.abs(ax * dy + ay * dx);
-            if (cost < least) [least, best] = [cost, id];
-        });
-        if (best === null) return;
+        const best = nearestIn(placed.map(({ x, y }, id) => ({ x, y, id })), placed[now], [dx, dy])?.id;
+        if (best === undefined) return;
         // Last in the order of the set, where the next step begins.
         if (more) this.selected.delete(best);
         this.select(best, more);
         this.drawing.reveal(best);
+    }
+
+    /** The next input of the chosen node, or the one before: what Add and Delete are about. */
+    nextPort(by) {
+        const node = this.nodes[this.chosen[0]];
+        const inputs = node?.ports.flatMap((port, i) => (port.begin === undefined ? [] : [i])) ?? [];
+        if (this.selected.size !== 1 || !inputs.length) return this.say("choose a node first, with an input that can be changed");
+        const at = this.port ? inputs.indexOf(this.port.port) + by : by > 0 ? 0 : -1;
+        this.port = { node: node.id, port: inputs[(at + inputs.length) % inputs.length] };
+        this.showSelection();
+        this.say(`${node.ports[this.port.port].label} of ${titleOf(node)}`, false);
     }
 
     key(event) {
@@ -342,12 +347,14 @@ export class GraphPane {
         const keys = {
             ArrowLeft: () => this.walk(-1, 0, event.shiftKey), ArrowRight: () => this.walk(1, 0, event.shiftKey), ArrowUp: () => this.walk(0, -1, event.shiftKey), ArrowDown: () => this.walk(0, 1, event.shiftKey),
             Delete: () => this.remove(), Backspace: () => this.remove(), a: () => this.openPalette(), g: () => this.group(),
+            w: () => this.wire.begin(), i: () => this.nextPort(event.shiftKey ? -1 : 1),
             f: () => this.stands.frame(), c: () => this.stands.fold(event.shiftKey),
             Enter: () => byId("inspector").querySelector("input, select, button")?.focus(), t: () => this.selected.size && this.goTo(this.nodes[[...this.selected][0]]),
             0: () => this.drawing.fit(), "+": () => this.drawing.zoom(1.25), "-": () => this.drawing.zoom(0.8), Escape: () => this.select(null),
         };
         const carry = mod && { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[key];
-        if (carry) this.stands.nudge(...carry);
+        if (!mod && this.wire.key(key)) { /* the wire in hand has it */ }
+        else if (carry) this.stands.nudge(...carry);
         else if (mod && key === "d") this.clips.duplicate();
         else if (mod && key === "a") this.chooseAll(this.nodes.map((node) => node.id));
         else if (mod && key === "z") (event.shiftKey ? this.redo() : this.undo());

@@ -119,6 +119,9 @@ export class GraphDrawing {
     }
 
     select(selected, port) {
+        const last = [...selected].at(-1);
+        if (last === undefined) this.root.removeAttribute("aria-activedescendant");
+        else this.root.setAttribute("aria-activedescendant", `node_${last}`);
         for (const one of this.nodes.children) {
             const is = selected.has(Number(one.dataset.node));
             one.classList.toggle("selected", is);
@@ -171,7 +174,7 @@ export class GraphDrawing {
         const wrong = trouble ?? node.troubles?.find((t) => t.severity === "error")?.message;
         const warning = node.troubles?.[0]?.message;
         const made = svg("g", {
-            class: `node ${node.kind} ${node.role ?? ""} ${wrong ? "wrong" : warning ? "warned" : ""}`, "data-node": node.id, transform: `translate(${x} ${y})`,
+            class: `node ${node.kind} ${node.role ?? ""} ${wrong ? "wrong" : warning ? "warned" : ""}`, "data-node": node.id, id: `node_${node.id}`, transform: `translate(${x} ${y})`,
             tabindex: -1, role: "group", "aria-label": `${titleOf(node)}${node.folded ? ", collapsed" : ""}${wrong ? `, ${wrong}` : ""}`,
         });
         made.append(

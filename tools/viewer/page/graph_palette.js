@@ -3,6 +3,7 @@
 
 import { element } from "./format.js";
 import { categoryOf, kCategories, plainWords, rate } from "./palette_words.js";
+import { oneStop } from "./roving.js";
 
 const byId = (id) => document.getElementById(id);
 const kMost = 80;
@@ -16,10 +17,12 @@ export class GraphPalette {
         this.category = null;
         byId("palette_search").addEventListener("input", () => this.show());
         byId("palette_back").addEventListener("click", () => { this.choose(null); byId("palette_search").focus(); });
+        byId("palette_list").addEventListener("focusin", (event) => oneStop(this.buttons, event.target));
         byId("palette").addEventListener("keydown", (event) => this.key(event));
         byId("palette_close").addEventListener("click", () => this.close());
     }
 
+    get buttons() { return [...byId("palette_list").querySelectorAll("button")]; }
     get isOpen() { return !byId("palette").hidden; }
 
     open(entries, wanted) {
@@ -69,6 +72,7 @@ export class GraphPalette {
         list.classList.toggle("tiles", tiles);
         list.replaceChildren(...(tiles ? this.tiles(found) : found.slice(0, kMost).map((entry, i, all) => this.item(entry, all.filter((one) => one.name === entry.name).length > 1))));
         list.scrollTop = 0;
+        oneStop(this.buttons, this.buttons[0]);
         byId("palette_back").hidden = !this.category;
         const count = found.length > kMost ? `${found.length} found, the first ${kMost} shown` : `${found.length} found`;
         byId("palette_count").textContent = tiles ? "choose, or search" : this.category ? `${this.category.name}: ${count}` : count;
@@ -115,7 +119,7 @@ export class GraphPalette {
     }
 
     key(event) {
-        const items = [...byId("palette_list").querySelectorAll("button")];
+        const items = this.buttons;
         const at = items.indexOf(document.activeElement);
         if (event.key === "Escape" && (this.category || byId("palette_search").value)) {
             byId("palette_search").value = "";
@@ -130,10 +134,17 @@ export class GraphPalette {
         else if (event.key === "ArrowUp") (at >= this.across(items) ? items[at - this.across(items)] : byId("palette_search")).focus();
         else if (at >= 0 && event.key === "ArrowRight") items[Math.min(at + 1, items.length - 1)].focus();
         else if (at >= 0 && event.key === "ArrowLeft") items[Math.max(at - 1, 0)].focus();
+        else if (at >= 0 && event.key.length === 1 && /\S/.test(event.key) && !event.ctrlKey && !event.altKey && !event.metaKey) nextWith(items, at, event.key)?.focus();
         else return;
         event.preventDefault();
         event.stopPropagation();
     }
+}
+
+/** The next of `items` whose name begins with a letter, round and round. */
+function nextWith(items, at, letter) {
+    const begins = (one) => one.querySelector("b").textContent.toLowerCase().startsWith(letter.toLowerCase());
+    return [...items.slice(at + 1), ...items.slice(0, at + 1)].find(begins);
 }
 
 /** Pictures of what is in view, one after the other; each is asked for once. */

@@ -26,7 +26,10 @@ export class LivePanel {
             }
         };
         this.uniforms = new Uniforms(run("uniforms_trouble"));
-        this.files = new Files(run("files_trouble"));
+        this.files = new Files(run("files_trouble"), () => {
+            this.part.expectPicture();
+            if (this.details) this.part.show(this.details);
+        });
         this.editor = new Editor(run("editor_trouble"));
         this.part = new PartPanel(run("part_trouble"), this.editor);
         this.graph = new GraphPane(this.editor, tell((text) => this.graph.say(text)),

@@ -10,9 +10,10 @@ import { listenToKeys } from "./keys.js";
 import { LivePanel } from "./live.js";
 import { Measure } from "./measure.js";
 import { Panels } from "./panels.js";
-import { Pane } from "./panes.js";
+import { Pane, standInOrder } from "./panes.js";
 import { savePicture } from "./picture.js";
 import { PlaneView } from "./plane.js";
+import { rove } from "./roving.js";
 import { VolumeView } from "./volume.js";
 
 const byId = (id) => document.getElementById(id);
@@ -320,11 +321,23 @@ function showState(state) {
     else findOpening().then(show);
 }
 
-listenToKeys({ step, goTo, limits, showing, setView, setWhich, save, model, ready: () => Boolean(model.print()) }, cursor, byId("help"));
-for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => setView(button.dataset.view));
-for (const button of document.querySelectorAll("[data-print]")) button.addEventListener("click", () => setWhich(button.dataset.print));
+/** After a click, arrows go on to leaf through the picture; who came by keyboard stays among the buttons. */
+function backToPicture(event) { if (event.detail) showing().canvas.focus({ preventScroll: true }); }
+
+/** Presses a button of the live loop, if there is one. */
+function press(id) {
+    if (!model.state?.live?.watch) return false;
+    byId(id).click();
+    return true;
+}
+
+listenToKeys({ step, goTo, limits, showing, setView, setWhich, save, model, press, ready: () => Boolean(model.print()) }, cursor, byId("help"));
+for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", (event) => { setView(button.dataset.view); backToPicture(event); });
+for (const button of document.querySelectorAll("[data-print]")) button.addEventListener("click", (event) => { setWhich(button.dataset.print); backToPicture(event); });
 for (const button of document.querySelectorAll("[data-clip]")) button.addEventListener("click", () => setClip(axisNames[button.dataset.clip], button.getAttribute("aria-pressed") !== "true"));
 byId("standpoints").append(...Object.entries(kStandpoints).map(([name, { title }]) => element("button", { title, onclick: () => volume.stand(name) }, name)));
+for (const group of document.querySelectorAll("[role=radiogroup], [role=tablist]")) rove(group, { choose: true });
+for (const group of document.querySelectorAll("#clips, #standpoints")) rove(group);
 byId("slider").addEventListener("input", (event) => goTo(Number(event.target.value)));
 byId("number").addEventListener("change", (event) => goTo(Number(event.target.value)));
 byId("zoom_in").addEventListener("click", () => showing().zoom(1.25));
@@ -335,6 +348,7 @@ byId("help_button").addEventListener("click", () => byId("help").showModal());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
 if (matchMedia("(max-width: 1199px)").matches && matchMedia("(min-width: 901px)").matches) byId("details").hidden = true;
+standInOrder();
 new Pane("details");
 setView("z");
 check("[data-print]", (button) => button.dataset.print === "0");

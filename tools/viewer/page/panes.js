@@ -3,6 +3,17 @@
 const byId = (id) => document.getElementById(id);
 const kColumn = "(max-width: 900px)";
 
+/** Tab goes through the parts of the page as they stand: in one column what is looked at comes first. */
+export function standInOrder() {
+    const narrow = matchMedia(kColumn);
+    const order = () => {
+        const ids = narrow.matches ? ["stage", "graph", "live", "text", "details"] : ["live", "stage", "text", "graph", "details"];
+        if (ids.some((id, i) => document.querySelector("main").children[i].id !== id)) document.querySelector("main").append(...ids.map(byId));
+    };
+    narrow.addEventListener("change", order);
+    order();
+}
+
 export class Pane {
     /** The element `id` is shown by the button `${id}_button`; `opened` is done once it is there. */
     constructor(id, opened = () => {}) {

@@ -23,15 +23,26 @@ export class PartPanel {
     /** Makes changes: {path, value}, or without a value what is there is left out. */
     edit(...edits) { return this.run(() => postJson("api/part", { edits })); }
 
+    /** A picture was chosen by a dialog, after which the focus goes to what puts it on. */
+    expectPicture() {
+        this.expected = "picture_put";  // once the world has it
+        this.shown = "";
+    }
+
     show({ part, objects, textures }) {
         const now = JSON.stringify([part, objects.map((one) => [one.name, one.uniforms.map((u) => [u.name, u.value])]), textures]);
         if (now === this.shown) return;
         this.shown = now;
-        const focused = document.activeElement?.dataset?.control;
+        const focused = this.expected ?? document.activeElement?.dataset?.control;
+        const fresh = this.textures && textures.find((one) => !this.textures.includes(one));
+        if (fresh) this.picture.texture = fresh;
+        this.textures = textures;
         byId("part").replaceChildren(...this.printer(part), ...(part.build ?? []).flatMap((item, i) => this.item(part, item, i)));
         byId("part_materials").replaceChildren(...this.materials(part, objects));
         byId("part_picture").replaceChildren(...this.pictures(part, objects, textures));
-        if (focused) document.querySelector(`#live [data-control="${focused}"]`)?.focus();
+        const field = focused && document.querySelector(`#live [data-control="${focused}"]`);
+        field?.focus();
+        if (field) this.expected = null;
     }
 
     row(label, ...controls) { return element("div", { class: "part_row" }, element("span", { class: "name" }, label), element("div", { class: "row" }, ...controls)); }
