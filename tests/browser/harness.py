@@ -72,9 +72,9 @@ class Viewer:
 class Page:
     """A page whose console must stay empty."""
 
-    def __init__(self, browser, options, scheme="light", size=(1440, 860), allowed="409"):
+    def __init__(self, browser, options, scheme="light", size=(1440, 860), allowed="409", touch=False):
         self.options = options
-        context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+        context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme, has_touch=touch, is_mobile=touch)
         context.set_default_timeout(180_000)  # however busy the machine is
         if options.page:
             context.route(re.compile(r"^http://[^/]+/[\w.]*(#.*)?$"), self.from_folder)

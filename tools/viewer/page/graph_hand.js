@@ -1,6 +1,6 @@
 // What a hand does on the drawing of the graph: by mouse, pen or fingers.
 
-const kClick = 4;
+const kClick = 4, kLongMs = 550;
 
 export class GraphHand {
     /** `pane` does what is asked for (graph.js). */
@@ -14,7 +14,7 @@ export class GraphHand {
         on("dblclick", (event) => this.twice(event));
         on("contextmenu", (event) => {
             event.preventDefault();
-            this.list(event);
+            if (event.pointerType !== "touch") this.list(event);  // a long press is timed here, as not all browsers tell it
         });
         on("wheel", (event) => {
             event.preventDefault();
@@ -44,7 +44,9 @@ export class GraphHand {
         if (event.button === 2) return;
         this.fingers.set(event.pointerId, event);
         this.root.setPointerCapture(event.pointerId);
+        clearTimeout(this.pressing);
         if (this.fingers.size > 1) return this.cancelHold();
+        if (event.pointerType === "touch") this.pressing = setTimeout(() => { if (this.hold && !this.hold.moved) this.list(event); }, kLongMs);
         const at = event.button === 1 ? {} : this.drawing.at(event.clientX, event.clientY);
         this.hold = { x: event.clientX, y: event.clientY, lastX: event.clientX, lastY: event.clientY, moved: false, ...at };
     }
@@ -89,6 +91,7 @@ export class GraphHand {
         this.hold = null;
         this.fingers.delete(event.pointerId);
         this.drawing.drag(null);
+        clearTimeout(this.pressing);
         if (!was) return;
         if (!was.moved) return this.pane.click(was, event.shiftKey);
         if (was.does === "wire") this.pane.drop(was, this.drawing.at(event.clientX, event.clientY));
