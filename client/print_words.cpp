@@ -64,13 +64,15 @@ PrintWords words_of(const std::string& err, bool went_well) {
         const std::string_view line = std::string_view(err).substr(from, to - from);
         from = to + 1;
         if (!line.starts_with('{')) {
-            if (!went_well || line.starts_with("warning: ")) words.text += std::string(line) + '\n';
+            if (!went_well || line.starts_with("warning: ") || line.starts_with("note: "))
+                words.text += std::string(line) + '\n';
             continue;
         }
         const Result<JsonValue> event = parse_json(line, "event");
         if (!event) continue;
         const std::string kind = text_member(*event, "event");
-        if (kind == "warning") words.text += "warning: " + text_member(*event, "text") + '\n';
+        if (kind == "warning" || kind == "note")
+            words.text += kind + ": " + text_member(*event, "text") + '\n';
         if (kind == "error" && !went_well) add_error(*event, &words);
     }
     return words;

@@ -21,13 +21,14 @@ struct SettingError {
 
 /// What a print has written for people.
 struct PrintWords {
-    std::string text;  ///< errors, warnings and lines that are no JSON; ends with a line feed
+    std::string
+        text;  ///< errors, warnings, notes and lines that are no JSON; ends with a line feed
     std::vector<SettingError> settings;  ///< errors that `text` does not have
     /// Returns all as text.
     std::string all() const;
 };
 
-/// Reads what a print has written; of one that went well, the warnings alone.
+/// Reads what a print has written; of one that went well, warnings and notes.
 PrintWords words_of(const std::string& err, bool went_well);
 
 /// Returns why a print with --progress json ended with `code`: the last error of what it has written. Before it prints,

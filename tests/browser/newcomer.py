@@ -13,7 +13,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from graph import drag, text  # noqa: E402
-from harness import Page, Viewer, check, run_with_browser  # noqa: E402
+from harness import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E402
 
 OCTAHEDRON = """v 10 0 0
 v -10 0 0
@@ -165,8 +165,29 @@ def templates(browser, options):
         at.close()
 
 
+def notes(browser, options):
+    """What a print notes is told on the page, in its words."""
+    folder = options.out / "notes_world"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / "ball.fl").write_text(re.sub(r"float t = .*;", "float t = attr.voxelCenter.x > 0 ? 1 : 0;", FABLET).replace("mc.Set(shell, 1 - t + t * (1 - wave) * (1 - tint.x));", "mc.Set(shell, 0);"))
+    (folder / "ball.fab.json").write_text(WORLD)
+    with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "6") as url:
+        at = Page(browser, options, allowed="422")
+        page = at.page
+        at.open(url)
+        at.eventually("places without material are told of a draft", lambda: "without material" in at.text("#world_message"))
+        page.click("#print")
+        at.eventually("and of the print", lambda: "is printed at full pitch" in at.text("#print_state") and "without material" in at.text("#print_state"))
+        drop_bytes(page, "notes.txt", b"no mesh")
+        at.eventually("what is dropped is refused in the page's words", lambda: "is neither a mesh nor a picture" in at.text("#files_trouble"))
+        check("without options or folders", not re.search(r"--[a-z]{2}|openfab\.tmp|/dropped/", page.inner_text("body")))
+        at.close()
+
+
 def main(browser, options):
     walk(browser, options)
+    notes(browser, options)
     templates(browser, options)
 
 

@@ -51,10 +51,13 @@ TEST(PrintWords, AnErrorIsTheOneOfThePrintWithItsLocation) {
     EXPECT_EQ(plain.text, "warning: a warning\nerror: no such file; look\n");
 }
 
-TEST(PrintWords, OfAPrintThatWentWellTheWarningsAlone) {
-    const PrintWords words =
-        words_of("a line\nwarning: another\n" + written(user_error("why"), {}), true);
-    EXPECT_EQ(words.text, "warning: another\nwarning: a warning\n");
+TEST(PrintWords, OfAPrintThatWentWellWarningsAndNotes) {
+    const PrintWords words = words_of(std::string("a line\nwarning: another\nnote: a line\n") +
+                                          "{\"event\": \"note\", \"text\": \"39 % of `ball`\"}\n" +
+                                          written(user_error("why"), {}),
+                                      true);
+    EXPECT_EQ(words.text,
+              "warning: another\nnote: a line\nnote: 39 % of `ball`\nwarning: a warning\n");
     EXPECT_TRUE(words.settings.empty());
 }
 

@@ -1,6 +1,8 @@
 // Requests to the server that this page comes from. The token that it wants begins the page's fragment, which browsers
 // do not send.
 
+import { inPageWords } from "./page_words.js";
+
 // Tests of modules that need no page have none.
 const token = globalThis.location?.hash.slice(1).split("&")[0] ?? "";
 
@@ -10,6 +12,12 @@ export class ApiError extends Error {
         super(message);
         this.status = status;
     }
+}
+
+/** What an answer says, in the page's words. */
+async function jsonOf(response) {
+    const text = await response.text();
+    return /--[a-z]|openf|scripts\//.test(text) ? JSON.parse(text, inPageWords) : JSON.parse(text);
 }
 
 async function request(path, options = {}) {
@@ -22,7 +30,7 @@ async function request(path, options = {}) {
     if (response.ok) return response;
     let message = `the server answers ${response.status}`;
     try {
-        message = (await response.json()).error;
+        message = (await jsonOf(response)).error;
     } catch { /* not one of our own answers */ }
     throw new ApiError(response.status, message);
 }
@@ -32,7 +40,7 @@ export function query(values) {
 }
 
 export async function getJson(path, signal) {
-    return (await request(path, { signal })).json();
+    return jsonOf(await request(path, { signal }));
 }
 
 /** A picture, ready to be drawn. */
@@ -53,10 +61,10 @@ export async function getBytes(path) {
 
 export async function postBytes(path, bytes) {
     const response = await request(path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: bytes });
-    return response.json();
+    return jsonOf(response);
 }
 
 export async function postJson(path, value) {
     const response = await request(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(value) });
-    return response.json();
+    return jsonOf(response);
 }

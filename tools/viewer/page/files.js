@@ -44,7 +44,7 @@ export class Files {
     }
 
     wordsOf({ phase, file, slices_done, slices_total, seconds_left, message }) {
-        if (phase === "done") return `${file} is printed at full pitch. ${message}`;
+        if (phase === "done") return `${file} is printed at full pitch.\n${message}`.trim();
         if (phase === "stopped") return `${file}: stopped after ${slices_done} slices`;
         if (phase === "failed") return `${file}: ${message.trim() || "the print failed"}`;
         return slices_total ? `${file}: slice ${slices_done} of ${slices_total}, ${Math.ceil(seconds_left)} s left` : `${file}: begins …`;
