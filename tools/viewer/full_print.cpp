@@ -61,7 +61,7 @@ Result<void> FullPrint::begin(const fs::path& world, const std::vector<std::stri
         client::Child::start(argv, scratch_ / "full.out", scratch_ / "full.err");
     if (!child) return child.error();
     child_ = std::move(*child);
-    output_ = output;
+    print_ = {output, settings};
     begun_ = true;
     stopped_ = told_ = false;
     return {};
@@ -79,16 +79,16 @@ bool FullPrint::runs() {
     return child_ != nullptr && !child_->exit_code();
 }
 
-std::optional<fs::path> FullPrint::done_now() {
+std::optional<PrintOfValues> FullPrint::done_now() {
     const std::lock_guard lock(mutex_);
     if (child_ == nullptr || told_ || child_->exit_code() != 0) return {};
     told_ = true;
-    return output_;
+    return print_;
 }
 
-fs::path FullPrint::output() {
+PrintOfValues FullPrint::last() {
     const std::lock_guard lock(mutex_);
-    return output_;
+    return print_;
 }
 
 void FullPrint::describe(JsonText* out) {
@@ -100,8 +100,8 @@ void FullPrint::describe(JsonText* out) {
     const std::optional<int> code = child_ == nullptr ? std::optional<int>(1) : child_->exit_code();
     const std::string err = client::end_of_file(scratch_ / "full.err", kTailBytes);
     const char* phase = !code ? "printing" : stopped_ ? "stopped" : *code == 0 ? "done" : "failed";
-    out->begin_object().member("phase", phase).member("file", output_.filename().string());
-    out->member("path", output_.string());
+    out->begin_object().member("phase", phase).member("file", print_.file.filename().string());
+    out->member("path", print_.file.string());
     const std::optional<JsonValue> progress = client::last_progress(err);
     for (const char* name : {"slices_done", "slices_total", "seconds_left"})
         out->member(name, progress ? number_of(*progress, name) : 0);

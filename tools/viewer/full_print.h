@@ -15,6 +15,7 @@
 #include "base/json_text.h"
 #include "base/result.h"
 #include "client/child.h"
+#include "tools/viewer/print_in_view.h"
 
 namespace openfab::viewer {
 
@@ -31,10 +32,10 @@ class FullPrint {
     /// Ends one that runs, early: the slices that are whole stay.
     void stop();
     bool runs();
-    /// The file of one that is done, once for each.
-    std::optional<std::filesystem::path> done_now();
-    /// The file of the last one, while it is there.
-    std::filesystem::path output();
+    /// One that is done, once for each.
+    std::optional<PrintOfValues> done_now();
+    /// The last one; without a file where there was none.
+    PrintOfValues last();
     /// Writes null, or {"phase": "printing", "done", "failed" or "stopped", "file", "path", "slices_done", "slices_total",
     /// "seconds_left", "message"}.
     void describe(JsonText* out);
@@ -43,7 +44,7 @@ class FullPrint {
     std::filesystem::path programs_, scratch_;
     std::mutex mutex_;
     std::unique_ptr<client::Child> child_;
-    std::filesystem::path output_;
+    PrintOfValues print_;  ///< the last one
     bool begun_ = false, stopped_ = false, told_ = false;
 };
 

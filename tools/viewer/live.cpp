@@ -8,13 +8,10 @@
 #include <chrono>
 #include <utility>
 
-#include "base/input_file.h"
-#include "base/replace_file.h"
 #include "base/run_main.h"
 #include "tools/viewer/messages.h"
+#include "tools/viewer/source_text.h"
 #include "tools/viewer/uniform_value.h"
-#include "tools/viewer/world_lock.h"
-#include "world/edit/world_edit.h"
 
 namespace openfab::viewer {
 
@@ -25,25 +22,9 @@ namespace fs = std::filesystem;
 constexpr auto kPoll = std::chrono::milliseconds(80);
 /// While a print runs, whose slices are waited for.
 constexpr auto kBusyPoll = std::chrono::milliseconds(10);
-
-fs::file_time_type time_of(const fs::path& file) {
-    std::error_code gone;
-    const fs::file_time_type time = fs::last_write_time(file, gone);
-    return gone ? fs::file_time_type::min() : time;
-}
-
-/// The sources and all that they could import from beside them.
-std::vector<fs::path> with_modules(const std::vector<fs::path>& sources) {
-    std::vector<fs::path> files = sources;
-    for (const fs::path& source : sources) {
-        std::error_code status;
-        for (fs::directory_iterator entry(source.parent_path(), status), end;
-             !status && entry != end; entry.increment(status)) {
-            if (entry->path().extension() == ".fl") files.push_back(entry->path());
-        }
-    }
-    return files;
-}
+/// Of pages that wait for a change.
+constexpr auto kLongestWait = std::chrono::milliseconds(10'000);
+constexpr auto kShortWait = std::chrono::milliseconds(400);
 
 }  // namespace
 
@@ -62,184 +43,79 @@ Live::Live(ViewOptions options, Session* session, std::unique_ptr<TemporaryFolde
     : options_(std::move(options)),
       session_(session),
       folder_(std::move(folder)),
-      compiler_(options_.programs, folder_->path() / "loop"),
-      page_compiler_(options_.programs, folder_->path() / "page"),
+      world_(options_.file, world::rules_of(options_.allow, options_.memory_bytes),
+             options_.programs, folder_->path() / "loop"),
+      tried_(folder_->path() / "tried"),
+      view_(fs::path(options_.file).filename().string(), session_),
+      draft_(options_, folder_->path(), &signal_, &values_, &view_),
+      full_print_(options_.programs, folder_->path()),
       graphs_(options_.programs),
+      files_(options_.file, options_.programs, folder_->path() / "dropped", &graphs_, &values_,
+             &signal_),
       prober_(options_.programs, folder_->path()),
       looker_(options_.programs, folder_->path()),
-      dropped_(options_.programs, folder_->path() / "dropped"),
-      full_print_(options_.programs, folder_->path()),
-      draft_(options_.draft) {
+      page_compiler_(options_.programs, folder_->path() / "page") {
     thread_ = std::thread([this] { run_thread([this] { run(); }); });
 }
 
 Live::~Live() {
-    stop_ = true;
-    changed_.notify_all();
+    signal_.stop();
     thread_.join();
 }
 
 void Live::run() {
-    bool again = true;
-    while (!stop_) {
-        if (again) {
-            set_phase(Phase::kChecking, {});
-            child_.reset();
-            {
-                const std::lock_guard lock(mutex_);
-                refines_ = false;
-            }
-            if (must_read()) {
-                Read read = this->read();
-                const std::lock_guard lock(mutex_);
-                keep_known(read_, &read);
-                // Another mesh may be of any size.
-                if (read.times[options_.file] != read_.times[options_.file]) full_voxels_ = 0;
-                read_ = std::move(read);
-                if (read_.world != nullptr) finder_ = std::make_shared<PartFinder>(read_.world);
-            }
-            begin_print();
+    print_again();
+    while (!signal_.stopped()) {
+        draft_.follow();
+        if (const std::optional<PrintOfValues> full = full_print_.done_now()) {
+            if (view_.show_full(*full)) signal_.tell();
         }
-        follow_print();
-        show_done_print();
-        if (refine()) {
-            again = false;
+        const bool asked = signal_.counts().asked;
+        if (!asked && draft_.refines()) {
+            draft_.begin(*world_.now(), tried_.now());
             continue;
         }
-        std::unique_lock lock(mutex_);
-        const auto pause = child_ != nullptr && !is_over_ ? kBusyPoll : kPoll;
-        changed_.wait_for(lock, pause, [&] { return asked_ || stop_; });
-        again = std::exchange(asked_, false);
-        lock.unlock();
-        if (options_.watch && !again && files_changed()) {
-            end_try();
-            again = true;
+        signal_.wait_until_asked(draft_.makes_slices() ? kBusyPoll : kPoll);
+        if (signal_.stopped()) return;
+        if (signal_.counts().asked) {
+            print_again();
+        } else if (options_.watch && world_.files_changed()) {
+            tried_.end();
+            print_again();
         }
     }
-    child_.reset();
 }
 
-/// From the files; called by the loop alone.
-Live::Read Live::read() const {
-    Read made;
-    std::vector<fs::path> files{options_.file};
-    // Before they are read: a change from now on counts.
-    std::map<fs::path, fs::file_time_type> before;
-    {
-        const std::lock_guard lock(mutex_);
-        made.sources = read_.sources;
-        before = read_.times;
-    }
-    for (auto& [file, time] : before)
-        time = time_of(file);
-    before[options_.file] = time_of(options_.file);
-    Result<world::World> world =
-        world::load_world(options_.file, world::rules_of(options_.allow, options_.memory_bytes));
-    if (world) {
-        made.world = std::make_shared<world::World>(std::move(*world));
-        made.sources.clear();
-        for (const auto& [name, ref] : made.world->fablets) {
-            if (std::find(made.sources.begin(), made.sources.end(), ref.source) ==
-                made.sources.end())
-                made.sources.push_back(ref.source);
-        }
-        made.roots = made.world->roots;
-        files = made.world->files;
-    } else {
-        made.message = world.error().text();
-    }
-    for (const fs::path& file : with_modules(made.sources))
-        files.push_back(file);
-    for (const fs::path& file : files) {
-        const auto found = before.find(file);
-        made.times[file] = found == before.end() ? time_of(file) : found->second;
-    }
-    std::map<fs::path, std::map<std::string, JsonValue>> described;
-    for (const fs::path& source : made.sources) {
-        Result<std::vector<client::Diagnostic>> found = compiler_.check(source);
-        if (!found) {
-            made.message += found.error().text();
-            continue;
-        }
-        const bool broken = client::has_errors(*found);
-        made.diagnostics.insert(made.diagnostics.end(), found->begin(), found->end());
-        if (broken) continue;
-        Result<std::map<std::string, JsonValue>> all = compiler_.describe(source);
-        if (all) described[source] = std::move(*all);
-    }
-    if (made.world == nullptr) return made;
-    for (const auto& [name, ref] : made.world->fablets) {
-        const auto found = described[ref.source].find(ref.fablet);
-        if (found != described[ref.source].end()) made.described[name] = found->second;
-    }
-    return made;
-}
-
-/// What cannot be read now is shown as it was: a mistake while typing takes no control away.
-void Live::keep_known(const Read& before, Read* now) {
-    if (now->world == nullptr) {
-        now->world = before.world;
-        now->roots = before.roots;
-    }
-    if (now->world == nullptr) return;
-    for (const auto& [name, ref] : now->world->fablets) {
-        const auto known = before.described.find(name);
-        if (known != before.described.end()) now->described.emplace(name, known->second);
-    }
-}
-
-/// A value that is set or tried needs nothing to be read anew.
-bool Live::must_read() const {
-    {
-        const std::lock_guard lock(mutex_);
-        if (read_.world == nullptr || !read_.message.empty()) return true;
-    }
-    return files_changed();
-}
-
-bool Live::files_changed() const {
-    const std::lock_guard lock(mutex_);
-    return std::any_of(read_.times.begin(), read_.times.end(),
-                       [](const auto& file) { return time_of(file.first) != file.second; });
+/// Of what is asked for until it begins, nothing is asked for any more; in this order, no state says that a print has
+/// taken what it has not.
+void Live::print_again() {
+    draft_.end();
+    signal_.begin_what_was_asked();
+    if (world_.read_again()) draft_.forget_size();
+    draft_.begin(*world_.now(), tried_.now());
 }
 
 std::optional<std::string> Live::part_at(const Vec3d& point_mm) const {
-    std::shared_ptr<const PartFinder> finder;
-    {
-        const std::lock_guard lock(mutex_);
-        finder = finder_;
-    }
+    const std::shared_ptr<const PartFinder> finder = world_.now()->finder;
     return finder == nullptr ? std::nullopt : std::optional(finder->at(point_mm));
 }
 
 Result<std::vector<double>> Live::fractions_at(const pipeline::PrintInfo& info,
                                                const Vec3d& point_mm) {
-    ProbedWorld world{options_.file, {}, options_.allow, {}};
-    {
-        const std::lock_guard lock(mutex_);
-        world.settings = shown_settings_;
-    }
+    const ProbedWorld world{options_.file, {}, options_.allow, view_.settings()};
     return prober_.fractions(world, info, point_mm);
 }
 
-void Live::touch() {
-    asked_ = true;
-    ++version_;
-    changed_.notify_all();
-    tell_of_change();
-}
-
-Result<Live::Source> Live::source_of(int32_t fablet) const {
-    const std::lock_guard lock(mutex_);
-    if (fablet < 0 || static_cast<size_t>(fablet) >= read_.sources.size())
-        return user_error(fmt::format(messages::kNoSuchFablet, fablet));
-    return Source{read_.sources[static_cast<size_t>(fablet)], read_.roots};
+std::string Live::asked() const {
+    JsonText out;
+    out.begin_object().member("change", signal_.ask()).end_object();
+    return out.take();
 }
 
 Result<std::string> Live::source(int32_t fablet) const {
-    const Result<Source> of = source_of(fablet);
-    if (!of) return of.error();
-    const Result<std::string> text = read_source(of->path, of->roots);
+    const Result<FabletSource> source = world_.now()->source_of(fablet);
+    if (!source) return source.error();
+    const Result<std::string> text = read_source(source->path, source->roots);
     if (!text) return text.error();
     JsonText out;
     out.begin_object().member("text", *text).member("stamp", stamp_of(*text)).end_object();
@@ -247,115 +123,136 @@ Result<std::string> Live::source(int32_t fablet) const {
 }
 
 Result<std::string> Live::check(int32_t fablet, const std::string& text) {
-    const Result<Source> of = source_of(fablet);
-    if (!of) return of.error();
-    Result<std::vector<client::Diagnostic>> found = std::vector<client::Diagnostic>();
+    const std::shared_ptr<const WorldReading> reading = world_.now();
+    const Result<FabletSource> source = reading->source_of(fablet);
+    if (!source) return source.error();
+    Result<std::vector<client::Diagnostic>> diagnostics = std::vector<client::Diagnostic>();
     {
         const std::lock_guard lock(check_mutex_);
-        found = page_compiler_.check_text(of->path, text);
+        diagnostics = page_compiler_.check_text(source->path, text);
     }
-    if (!found) return found.error();
-    const std::lock_guard lock(mutex_);
+    if (!diagnostics) return diagnostics.error();
     JsonText out;
     out.begin_object().key("diagnostics");
-    write_diagnostics(*found, read_.sources, &out);
+    write_diagnostics(*diagnostics, reading->sources, &out);
     out.end_object();
     return out.take();
 }
 
 Result<std::string> Live::save(int32_t fablet, const std::string& text, const std::string& stamp) {
-    const Result<Source> of = source_of(fablet);
-    if (!of) return of.error();
-    const fs::path& path = of->path;
-    const Result<WorldLock> alone = WorldLock::take(&files_mutex_, options_.file);
-    if (!alone) return alone.error();
-    const Result<std::string> there = read_source(path, of->roots);
-    if (!there) return there.error();
-    if (stamp_of(*there) != stamp) {
-        return user_error(fmt::format(messages::kChangedMeanwhile, path.filename().string()),
-                          messages::kChangedMeanwhileHelp);
-    }
-    if (Result<void> written = replace_file(path, text); !written) return written.error();
-    const Result<std::string> renamed = rename_bindings(*of, *there, text);
+    const std::shared_ptr<const WorldReading> reading = world_.now();
+    const Result<FabletSource> source = reading->source_of(fablet);
+    if (!source) return source.error();
+    const Result<WorldFiles::Saved> saved = files_.save(*reading, *source, text, stamp);
+    if (!saved) return saved.error();
     end_try();
-    const std::lock_guard lock(mutex_);
-    touch();
     JsonText out;
-    out.begin_object().member("stamp", stamp_of(text));
-    out.member("notes", renamed ? *renamed : renamed.error().text()).end_object();
+    out.begin_object().member("stamp", saved->stamp).member("notes", saved->notes).end_object();
     return out.take();
 }
 
 Result<std::string> Live::set(const std::string& object, const std::string& uniform,
                               const JsonValue& value) {
     if (!is_uniform_value(value)) return user_error(messages::kValueKinds);
-    const std::lock_guard lock(mutex_);
-    const auto found =
-        read_.world == nullptr
-            ? std::vector<world::Object>::const_iterator()
-            : std::find_if(read_.world->objects.begin(), read_.world->objects.end(),
-                           [&](const world::Object& one) { return one.name == object; });
-    if (read_.world == nullptr || found == read_.world->objects.end())
-        return user_error(fmt::format(messages::kNoSuchObject, object));
-    const auto described = read_.described.find(found->fablet);
-    const JsonValue* uniforms =
-        described == read_.described.end() ? nullptr : member_of(described->second, "uniforms");
+    const std::shared_ptr<const WorldReading> reading = world_.now();
+    const world::Object* of_object = reading->object(object);
+    if (of_object == nullptr) return user_error(fmt::format(messages::kNoSuchObject, object));
+    const JsonValue* uniforms = reading->uniforms_of(of_object->fablet);
     const bool known =
-        uniforms != nullptr &&
-        std::any_of(uniforms->items.begin(), uniforms->items.end(), [&](const JsonValue& one) {
-            const JsonValue* name = member_of(one, "name");
-            return name != nullptr && name->text == uniform;
-        });
+        uniforms != nullptr && std::any_of(uniforms->items.begin(), uniforms->items.end(),
+                                           [&](const JsonValue& described) {
+                                               const JsonValue* name = member_of(described, "name");
+                                               return name != nullptr && name->text == uniform;
+                                           });
     if (!known) return user_error(fmt::format(messages::kNoSuchUniform, object, uniform));
     JsonText json;
     json.value(value);
-    std::erase_if(overrides_, [&](const Override& one) {
-        return one.object == object && one.uniform == uniform;
-    });
-    overrides_.push_back({object, uniform, json.take(), {}});
-    touch();
+    values_.set(object, uniform, json.take());
+    return asked();
+}
+
+Result<std::string> Live::try_value(int32_t fablet, const std::string& text,
+                                    const std::string& name, const std::string& uniform,
+                                    const JsonValue& value) {
+    const std::shared_ptr<const WorldReading> reading = world_.now();
+    const Result<FabletSource> source = reading->source_of(fablet);
+    if (!source) return source.error();
+    if (Result<void> put = tried_.put(*reading, *source, text, name, uniform, value); !put)
+        return put.error();
+    return asked();
+}
+
+void Live::end_try() {
+    if (tried_.end()) signal_.ask();
+}
+
+Result<std::string> Live::use_file(const std::string& name, const std::string& object,
+                                   bool repair) {
+    const Result<Dropped::Made> made = files_.use_file(name, object, repair);
+    if (!made) return made.error();
     JsonText out;
-    out.begin_object().member("change", change_).end_object();
+    out.begin_object().member("name", made->entry).member("mesh", made->is_mesh);
+    out.member("notes", made->notes).end_object();
     return out.take();
 }
 
+Result<void> Live::begin_full_print() {
+    std::vector<std::string> settings = options_.settings;
+    for (const std::string& setting : values_.list().settings())
+        settings.push_back(setting);
+    Result<void> begun = full_print_.begin(fs::absolute(options_.file), options_.allow, settings);
+    signal_.tell();
+    return begun;
+}
+
+void Live::stop_full_print() {
+    full_print_.stop();
+    signal_.tell();
+}
+
+Result<void> Live::show_full_print(bool full) {
+    Result<void> shown = full ? view_.show_full(full_print_.last()) : view_.show_draft_again();
+    if (shown) signal_.tell();
+    return shown;
+}
+
+Result<void> Live::use_template(const std::string& name) {
+    const bool known = std::find(options_.templates.begin(), options_.templates.end(), name) !=
+                       options_.templates.end();
+    if (!known) return user_error(fmt::format(messages::kNoSuchTemplate, name));
+    return files_.use_template(name);
+}
+
 void Live::set_draft(int32_t draft) {
-    const std::lock_guard lock(mutex_);
-    draft_ = draft;
-    touch();
+    draft_.set_draft(draft);
+    signal_.ask();
 }
 
 void Live::revert() {
-    const std::lock_guard lock(mutex_);
-    overrides_.clear();
-    touch();
+    values_.forget_all();
+    signal_.ask();
 }
 
-/// The caller holds the lock.
-bool Live::values_are_taken() const {
-    return !asked_ && (phase_ == Phase::kDone || (phase_ == Phase::kPrinting && slices_done_ > 0));
+bool Live::has_taken(const DraftPrint::State& draft, const SetValues::List& values,
+                     const ChangeSignal::Counts& counts) {
+    return !counts.asked && draft.values_edition == values.edition &&
+           (draft.phase == DraftPrint::Phase::kDone ||
+            (draft.phase == DraftPrint::Phase::kPrinting && draft.slices_done > 0));
 }
 
 Result<void> Live::write() {
-    const Result<WorldLock> alone = WorldLock::take(&files_mutex_, options_.file);
-    if (!alone) return alone.error();
-    const std::lock_guard lock(mutex_);
-    if (!values_are_taken()) {
-        return user_error(phase_ == Phase::kFailed ? messages::kValuesFailed
-                                                   : messages::kValuesNotPrinted);
-    }
-    Result<std::string> text = read_source(options_.file);
-    if (!text) return text.error();
-    Result<world::WorldEdit> world = world::WorldEdit::of_text(std::move(*text), options_.file);
-    if (!world) return world.error();
-    for (const Override& one : overrides_) {
-        if (Result<void> set = world->set_uniform(one.object, one.uniform, one.value); !set)
-            return set;
-    }
-    if (Result<void> written = replace_file(options_.file, world->text()); !written) return written;
-    overrides_.clear();
-    touch();
-    return {};
+    return files_.write_values([&](const SetValues::List& values) -> Result<void> {
+        const ChangeSignal::Counts counts = signal_.counts();
+        const DraftPrint::State draft = draft_.state();
+        if (has_taken(draft, values, counts)) return {};
+        return user_error(draft.phase == DraftPrint::Phase::kFailed ? messages::kValuesFailed
+                                                                    : messages::kValuesNotPrinted);
+    });
+}
+
+void Live::wait_for_change(int64_t known) const {
+    // The whole print has its own process, of which nobody tells.
+    signal_.wait_for_change(known, full_print_.runs() ? kShortWait : kLongestWait);
 }
 
 }  // namespace openfab::viewer

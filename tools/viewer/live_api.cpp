@@ -2,8 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/viewer/live_api.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "base/json.h"
 #include "tools/viewer/messages.h"
@@ -34,169 +39,266 @@ Answer answer_of(const Result<T>& result) {
     }
 }
 
-/// Members of a request's body; what is wrong with one is told once, at the end.
-class Body {
+/// What a request asks of a world. Of its values, the first that is wrong is told by answer().
+class Call {
   public:
-    explicit Body(const JsonValue& json) : json_(json) {}
+    Call(Live* live, const Request& request) : live_(live), request_(request), query_(request) {}
+
+    Live& live() { return *live_; }
+    /// The address behind `/api/`.
+    std::string method() const { return request_.path.substr(sizeof("/api/") - 1); }
+    const std::string& bytes() const { return request_.body; }
+    /// Reads the body as JSON.
+    void read_json() {
+        Result<JsonValue> json = parse_json(request_.body, "request", kMostJsonBytes);
+        if (json) json_ = std::move(*json);
+        if (!json) fail(400, json.error().text());
+    }
+
+    // Members of the JSON.
 
     const JsonValue& value(const char* name) {
         static const JsonValue nothing;
-        const JsonValue* found = member_of(json_, name);
-        if (found == nullptr) fail(name, "missing");
-        return found == nullptr ? nothing : *found;
+        const JsonValue* member = member_of(json_, name);
+        if (member == nullptr) fail(400, wrong(name, "missing"));
+        return member == nullptr ? nothing : *member;
     }
     std::string text(const char* name) {
-        const JsonValue& found = value(name);
-        if (!found.is(JsonValue::Kind::kString)) fail(name, messages::kNotAText);
-        return found.text;
+        const JsonValue& member = value(name);
+        if (!member.is(JsonValue::Kind::kString)) fail(400, wrong(name, messages::kNotAText));
+        return member.text;
+    }
+    std::string source_text() {
+        std::string source = text("text");
+        if (static_cast<int64_t>(source.size()) > client::kLargestSource)
+            fail(413, messages::kTooLargeForFablet);
+        return source;
     }
     int32_t whole(const char* name, int32_t least, int32_t most) {
-        const JsonValue& found = value(name);
-        if (found.is(JsonValue::Kind::kNumber) && found.number >= least && found.number <= most &&
-            found.number == std::floor(found.number))
-            return static_cast<int32_t>(found.number);
-        fail(name, messages::kNotAWholeNumber);
+        const JsonValue& member = value(name);
+        if (member.is(JsonValue::Kind::kNumber) && member.number >= least &&
+            member.number <= most && member.number == std::floor(member.number))
+            return static_cast<int32_t>(member.number);
+        fail(400, wrong(name, messages::kNotAWholeNumber));
         return least;
     }
+    int32_t fablet() { return whole("fablet", 0, INT32_MAX); }
     bool truth_or(const char* name, bool otherwise) const {
-        const JsonValue* found = member_of(json_, name);
-        return found != nullptr && found->is(JsonValue::Kind::kBool) ? found->boolean : otherwise;
+        const JsonValue* member = member_of(json_, name);
+        return member != nullptr && member->is(JsonValue::Kind::kBool) ? member->boolean
+                                                                       : otherwise;
     }
-    const std::string& failed() const { return failed_; }
+
+    // Values of the address.
+
+    int32_t asked_whole(const char* name, int32_t most) { return query_.whole(name, 0, most); }
+    int32_t asked_whole_or(const char* name, int32_t otherwise, int32_t most) {
+        return query_.whole_or(name, otherwise, 0, most);
+    }
+    std::string asked_name() {
+        const auto name = request_.query.find("name");
+        if (name == request_.query.end()) fail(400, messages::kNameMissing);
+        return name == request_.query.end() ? std::string() : name->second;
+    }
+
+    /// Answers by what `act` returns, a Result or nothing; or by what is wrong with the values.
+    template <typename Act>
+    Answer answer(const Act& act) {
+        if (!query_.failed().empty()) fail(400, query_.failed());
+        if (status_ != 0) return refusal(status_, why_);
+        if constexpr (std::is_void_v<decltype(act())>) {
+            act();
+            return fine();
+        } else {
+            return answer_of(act());
+        }
+    }
 
   private:
-    void fail(const std::string& name, const std::string& what) {
-        if (failed_.empty()) failed_ = "`" + name + "` is " + what;
+    static std::string wrong(const std::string& name, const std::string& what) {
+        return "`" + name + "` is " + what;
     }
-    const JsonValue& json_;
-    std::string failed_;
+    void fail(int status, const std::string& why) {
+        if (status_ != 0) return;
+        status_ = status;
+        why_ = why;
+    }
+
+    Live* live_;
+    const Request& request_;
+    Parameters query_;
+    JsonValue json_;
+    int status_ = 0;  ///< of what is wrong; 0: nothing
+    std::string why_;
 };
 
-bool is_graph(const std::string& path) {
-    return path == "/api/graph" || path == "/api/edit" || path == "/api/palette" ||
-           path == "/api/picture" || path == "/api/look" || path == "/api/assist";
+Answer texture(Call& call) {
+    const bool is_volume = call.asked_whole_or("volume", 0, 1) == 1;
+    const std::string name = call.asked_name();
+    std::string png;
+    Answer answer = call.answer([&]() -> Result<void> {
+        const Result<std::vector<uint8_t>> bytes = call.live().texture(name, is_volume);
+        if (!bytes) return bytes.error();
+        png.assign(bytes->begin(), bytes->end());
+        return {};
+    });
+    return png.empty() ? std::move(answer) : Answer{200, "image/png", std::move(png)};
 }
 
-Answer post(Live* live, const std::string& path, Body body) {
-    if (path == "/api/revert") {
-        live->revert();
-        return fine();
-    }
-    if (path == "/api/write") return answer_of(live->write());
-    if (path == "/api/print") return answer_of(live->begin_full_print());
-    if (path == "/api/stop") {
-        live->stop_full_print();
-        return fine();
-    }
-    if (path == "/api/template" || path == "/api/use") {
-        const std::string name = body.text("name");
-        const std::string object = path == "/api/use" ? body.text("object") : std::string();
-        if (!body.failed().empty()) return refusal(400, body.failed());
-        if (path == "/api/use")
-            return answer_of(live->use_file(name, object, body.truth_or("repair", false)));
-        return answer_of(live->use_template(name));
-    }
-    if (path == "/api/part") {
-        const JsonValue& edits = body.value("edits");
-        if (!body.failed().empty()) return refusal(400, body.failed());
-        return answer_of(live->edit_part(edits));
-    }
-    if (path == "/api/unpart" || path == "/api/repart")
-        return answer_of(live->step_part(path == "/api/repart"));
-    if (path == "/api/show") {
-        const bool full = body.whole("full", 0, 1) == 1;
-        if (!body.failed().empty()) return refusal(400, body.failed());
-        return answer_of(live->show_full_print(full));
-    }
-    if (path == "/api/draft") {
-        const int32_t draft = body.whole("draft", 0, kMostDraft);
-        if (!body.failed().empty()) return refusal(400, body.failed());
-        live->set_draft(draft);
-        return fine();
-    }
-    if (path == "/api/set") {
-        const std::string object = body.text("object");
-        const std::string uniform = body.text("uniform");
-        const JsonValue& value = body.value("value");
-        if (!body.failed().empty()) return refusal(400, body.failed());
-        return answer_of(live->set(object, uniform, value));
-    }
-    if (path == "/api/untry") {
-        live->end_try();
-        return fine();
-    }
-    const int32_t fablet = body.whole("fablet", 0, INT32_MAX);
-    if (path == "/api/places") {
-        const JsonValue& places = body.value("places");
-        if (!body.failed().empty()) return refusal(400, body.failed());
-        return answer_of(live->keep_places(fablet, places));
-    }
-    const std::string text = body.text("text");
-    if (path == "/api/try") {
-        const std::string name = body.text("name");
-        const std::string uniform = body.text("uniform");
-        const JsonValue& value = body.value("value");
-        if (!body.failed().empty()) return refusal(400, body.failed());
-        if (static_cast<int64_t>(text.size()) > client::kLargestSource)
-            return refusal(413, messages::kTooLargeForFablet);
-        return answer_of(live->try_value(fablet, text, name, uniform, value));
-    }
-    const std::string stamp = path == "/api/source" ? body.text("stamp") : std::string();
-    const bool acts = is_graph(path) && path != "/api/graph" && path != "/api/palette";
-    const JsonValue* action = acts ? &body.value("action") : nullptr;
-    if (!body.failed().empty()) return refusal(400, body.failed());
-    if (static_cast<int64_t>(text.size()) > client::kLargestSource)
-        return refusal(413, messages::kTooLargeForFablet);
-    if (path == "/api/look") return answer_of(live->look(fablet, text, *action));
-    if (is_graph(path)) return answer_of(live->graph(path.substr(5), fablet, text, action));
-    return answer_of(path == "/api/source" ? live->save(fablet, text, stamp)
-                                           : live->check(fablet, text));
+Answer drawn(Call& call, const JsonValue* action) {
+    const int32_t fablet = call.fablet();
+    const std::string text = call.source_text();
+    return call.answer([&] { return call.live().graph(call.method(), fablet, text, action); });
 }
+
+Answer graph(Call& call) {
+    return drawn(call, nullptr);
+}
+
+Answer act_on_graph(Call& call) {
+    return drawn(call, &call.value("action"));
+}
+
+Answer look(Call& call) {
+    const int32_t fablet = call.fablet();
+    const std::string text = call.source_text();
+    const JsonValue& action = call.value("action");
+    return call.answer([&] { return call.live().look(fablet, text, action); });
+}
+
+Answer save(Call& call) {
+    const int32_t fablet = call.fablet();
+    const std::string text = call.source_text(), stamp = call.text("stamp");
+    return call.answer([&] { return call.live().save(fablet, text, stamp); });
+}
+
+Answer check(Call& call) {
+    const int32_t fablet = call.fablet();
+    const std::string text = call.source_text();
+    return call.answer([&] { return call.live().check(fablet, text); });
+}
+
+Answer try_value(Call& call) {
+    const int32_t fablet = call.fablet();
+    const std::string text = call.source_text();
+    const std::string name = call.text("name"), uniform = call.text("uniform");
+    const JsonValue& value = call.value("value");
+    return call.answer([&] { return call.live().try_value(fablet, text, name, uniform, value); });
+}
+
+Answer set(Call& call) {
+    const std::string object = call.text("object"), uniform = call.text("uniform");
+    const JsonValue& value = call.value("value");
+    return call.answer([&] { return call.live().set(object, uniform, value); });
+}
+
+Answer keep_places(Call& call) {
+    const int32_t fablet = call.fablet();
+    const JsonValue& places = call.value("places");
+    return call.answer([&] { return call.live().keep_places(fablet, places); });
+}
+
+Answer upload(Call& call) {
+    const int32_t at = call.asked_whole("at", INT32_MAX);
+    const std::string name = call.asked_name();
+    return call.answer([&] { return call.live().files().upload(name, at, call.bytes()); });
+}
+
+Answer use_file(Call& call) {
+    const std::string name = call.text("name"), object = call.text("object");
+    const bool repair = call.truth_or("repair", false);
+    return call.answer([&] { return call.live().use_file(name, object, repair); });
+}
+
+Answer edit_part(Call& call) {
+    const JsonValue& edits = call.value("edits");
+    return call.answer([&] { return call.live().files().edit_part(edits); });
+}
+
+/// How a request is read.
+enum class Reads : uint8_t {
+    kAddress,  ///< a GET
+    kJson,     ///< a POST with JSON
+    kBytes,    ///< a POST with any bytes
+};
+
+struct Row {
+    const char* path;
+    Reads reads;
+    Answer (*answer)(Call& call);
+};
+
+constexpr Row kRows[] = {
+    {"/api/live", Reads::kAddress, [](Call& call) { return fine(call.live().details()); }},
+    {"/api/source", Reads::kAddress,
+     [](Call& call) {
+         const int32_t fablet = call.asked_whole("fablet", INT32_MAX);
+         return call.answer([&] { return call.live().source(fablet); });
+     }},
+    {"/api/places", Reads::kAddress,
+     [](Call& call) {
+         const int32_t fablet = call.asked_whole("fablet", INT32_MAX);
+         return call.answer([&] { return call.live().places(fablet); });
+     }},
+    {"/api/texture", Reads::kAddress, texture},
+    {"/api/check", Reads::kJson, check},
+    {"/api/graph", Reads::kJson, graph},
+    {"/api/palette", Reads::kJson, graph},
+    {"/api/edit", Reads::kJson, act_on_graph},
+    {"/api/picture", Reads::kJson, act_on_graph},
+    {"/api/assist", Reads::kJson, act_on_graph},
+    {"/api/look", Reads::kJson, look},
+    {"/api/source", Reads::kJson, save},
+    {"/api/places", Reads::kJson, keep_places},
+    {"/api/set", Reads::kJson, set},
+    {"/api/try", Reads::kJson, try_value},
+    {"/api/untry", Reads::kJson,
+     [](Call& call) { return call.answer([&] { call.live().end_try(); }); }},
+    {"/api/draft", Reads::kJson,
+     [](Call& call) {
+         const int32_t draft = call.whole("draft", 0, kMostDraft);
+         return call.answer([&] { call.live().set_draft(draft); });
+     }},
+    {"/api/revert", Reads::kJson,
+     [](Call& call) { return call.answer([&] { call.live().revert(); }); }},
+    {"/api/write", Reads::kJson,
+     [](Call& call) { return call.answer([&] { return call.live().write(); }); }},
+    {"/api/part", Reads::kJson, edit_part},
+    {"/api/unpart", Reads::kJson,
+     [](Call& call) { return call.answer([&] { return call.live().files().step_part(false); }); }},
+    {"/api/repart", Reads::kJson,
+     [](Call& call) { return call.answer([&] { return call.live().files().step_part(true); }); }},
+    {"/api/upload", Reads::kBytes, upload},
+    {"/api/use", Reads::kJson, use_file},
+    {"/api/template", Reads::kJson,
+     [](Call& call) {
+         const std::string name = call.text("name");
+         return call.answer([&] { return call.live().use_template(name); });
+     }},
+    {"/api/print", Reads::kJson,
+     [](Call& call) { return call.answer([&] { return call.live().begin_full_print(); }); }},
+    {"/api/stop", Reads::kJson,
+     [](Call& call) { return call.answer([&] { call.live().stop_full_print(); }); }},
+    {"/api/show", Reads::kJson,
+     [](Call& call) {
+         const bool full = call.whole("full", 0, 1) == 1;
+         return call.answer([&] { return call.live().show_full_print(full); });
+     }},
+};
 
 }  // namespace
 
 std::optional<Answer> answer_on_world(Live* live, const Request& request) {
-    const std::string& path = request.path;
-    const bool reads = path == "/api/live" || path == "/api/source" || path == "/api/texture" ||
-                       path == "/api/places";
-    const bool writes = path == "/api/places" || path == "/api/check" || path == "/api/source" ||
-                        is_graph(path) || path == "/api/set" || path == "/api/draft" ||
-                        path == "/api/revert" || path == "/api/write" || path == "/api/print" ||
-                        path == "/api/stop" || path == "/api/show" || path == "/api/part" ||
-                        path == "/api/unpart" || path == "/api/repart" || path == "/api/try" ||
-                        path == "/api/untry" || path == "/api/template" || path == "/api/use" ||
-                        path == "/api/upload";
-    if (!(request.post ? writes : reads)) return {};
+    const auto* row = std::find_if(std::begin(kRows), std::end(kRows), [&](const Row& candidate) {
+        return request.path == candidate.path &&
+               request.post == (candidate.reads != Reads::kAddress);
+    });
+    if (row == std::end(kRows)) return {};
     if (live == nullptr) return refusal(404, messages::kAPrintNotAWorld);
-    if (!request.post) {
-        if (path == "/api/live") return fine(live->details());
-        Parameters in(request);
-        if (path == "/api/texture") {
-            const int32_t is_volume = in.whole_or("volume", 0, 0, 1);
-            const auto name = request.query.find("name");
-            if (!in.failed().empty() || name == request.query.end())
-                return refusal(400,
-                               name == request.query.end() ? messages::kNameMissing : in.failed());
-            const Result<std::vector<uint8_t>> png = live->texture(name->second, is_volume == 1);
-            if (!png) return answer_of<std::string>(png.error());
-            return {{200, "image/png", std::string(png->begin(), png->end())}};
-        }
-        const int32_t fablet = in.whole("fablet", 0, INT32_MAX);
-        if (!in.failed().empty()) return refusal(400, in.failed());
-        return answer_of(path == "/api/places" ? live->places(fablet) : live->source(fablet));
-    }
-    if (!live->watches()) return refusal(403, messages::kWorldOnlyLookedAt);
-    if (path == "/api/upload") {
-        Parameters in(request);
-        const int32_t at = in.whole("at", 0, INT32_MAX);
-        const auto name = request.query.find("name");
-        if (!in.failed().empty() || name == request.query.end())
-            return refusal(400, name == request.query.end() ? messages::kNameMissing : in.failed());
-        return answer_of(live->upload(name->second, at, request.body));
-    }
-    const Result<JsonValue> json = parse_json(request.body, "request", kMostJsonBytes);
-    if (!json) return refusal(400, json.error().text());
-    return post(live, path, Body(*json));
+    if (request.post && !live->watches()) return refusal(403, messages::kWorldOnlyLookedAt);
+    Call call(live, request);
+    if (row->reads == Reads::kJson) call.read_json();
+    return row->answer(call);
 }
 
 }  // namespace openfab::viewer

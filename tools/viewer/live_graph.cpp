@@ -73,25 +73,26 @@ JsonValue with_where(JsonValue action, const LookGrid& grid) {
 
 Result<std::string> Live::graph(const std::string& method, int32_t fablet, const std::string& text,
                                 const JsonValue* action) {
-    const Result<Source> of = source_of(fablet);
+    const Result<FabletSource> of = world_.now()->source_of(fablet);
     if (!of) return of.error();
     return graphs_.ask("openfl/" + method, of->path, text, action);
 }
 
 Result<std::string> Live::places(int32_t fablet) const {
-    const Result<Source> of = source_of(fablet);
+    const Result<FabletSource> of = world_.now()->source_of(fablet);
     if (!of) return of.error();
     return graph_places(of->path, of->roots);
 }
 
 Result<void> Live::keep_places(int32_t fablet, const JsonValue& places) const {
-    const Result<Source> of = source_of(fablet);
+    const Result<FabletSource> of = world_.now()->source_of(fablet);
     if (!of) return of.error();
     return keep_graph_places(of->path, of->roots, places);
 }
 
 Result<std::string> Live::look(int32_t fablet, const std::string& text, const JsonValue& action) {
-    const Result<Source> source = source_of(fablet);
+    const std::shared_ptr<const WorldReading> reading = world_.now();
+    const Result<FabletSource> source = reading->source_of(fablet);
     if (!source) return source.error();
     const Session::Prints prints = session_->prints();
     if (prints.list.empty()) return user_error(messages::kNoPrintYet);
@@ -100,11 +101,8 @@ Result<std::string> Live::look(int32_t fablet, const std::string& text, const Js
     of.source = source->path;
     of.allow = options_.allow;
     of.print = prints.list[0]->file().info();
-    {
-        const std::lock_guard lock(mutex_);
-        of.sources = read_.sources;
-        of.settings = shown_settings_;
-    }
+    of.sources = reading->sources;
+    of.settings = view_.settings();
     if (Result<void> fine = read_place(action, &of); !fine) return fine.error();
     const JsonValue asked = with_where(action, grid_of(of));
     const Result<std::string> printed = graphs_.ask("openfl/look", of.source, text, &asked);
@@ -115,11 +113,7 @@ Result<std::string> Live::look(int32_t fablet, const std::string& text, const Js
 }
 
 Result<std::vector<uint8_t>> Live::texture(const std::string& name, bool is_volume) const {
-    std::shared_ptr<const world::World> world;
-    {
-        const std::lock_guard lock(mutex_);
-        world = read_.world;
-    }
+    const std::shared_ptr<const world::World> world = world_.now()->world;
     if (world != nullptr) {
         for (const world::Texture& one : world->textures) {
             if (one.name == name) return texture_look(one, is_volume, world->roots);
