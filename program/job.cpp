@@ -268,8 +268,8 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     job.inputs = inputs_of(options, *world);
     job.printer_source = printer_source(options, *world);
     for (const auto& [mesh, of] : world->boxed) {
-        const auto* program = std::get_if<std::shared_ptr<const world::ProgramRef>>(&of);
-        if (program != nullptr) job.programs.push_back((*program)->command);
+        const world::ProgramRef* program = world::facts_of(of).program;
+        if (program != nullptr) job.programs.push_back(program->command);
     }
     return job;
 }

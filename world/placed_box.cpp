@@ -4,9 +4,25 @@
 
 #include <algorithm>
 
+#include "base/overloaded.h"
 #include "pieces/extent.h"
 
 namespace openfab::world {
+
+GeometryFacts facts_of(const Geometry& geometry) {
+    using Beams = std::shared_ptr<const mesh::Beams>;
+    using Program = std::shared_ptr<const ProgramRef>;
+    return std::visit(
+        Overloaded{
+            [](std::monostate /*itself*/) { return GeometryFacts{}; },
+            [](const Beams& beams) { return GeometryFacts{.beams = beams.get()}; },
+            [](const StageRef& stage) { return GeometryFacts{.stage = &stage, .is_made = true}; },
+            [](const Program& program) {
+                return GeometryFacts{.program = program.get(), .is_made = true};
+            },
+        },
+        geometry);
+}
 
 Box3d placed_box(const World& world, const Object& object, int32_t piece, const Affine3d& map) {
     const mesh::Mesh& mesh = world.meshes[static_cast<size_t>(object.mesh)];

@@ -133,6 +133,15 @@ struct StageRef {
 using Geometry = std::variant<std::monostate, std::shared_ptr<const mesh::Beams>, StageRef,
                               std::shared_ptr<const ProgramRef>>;
 
+/// What is asked of a geometry; each kind answers in facts_of().
+struct GeometryFacts {
+    const mesh::Beams* beams = nullptr;   ///< that it is
+    const StageRef* stage = nullptr;      ///< that makes it
+    const ProgramRef* program = nullptr;  ///< that makes it
+    bool is_made = false;                 ///< it is known only once it is made
+};
+GeometryFacts facts_of(const Geometry& geometry);
+
 struct Object {
     std::string name;
     int32_t mesh = 0;      ///< index in World::meshes
@@ -193,12 +202,12 @@ struct World {
         return found == boxed.end() ? kItself : found->second;
     }
     /// Returns the beams that a mesh stands for; null of others.
-    const mesh::Beams* beams_of(int32_t mesh) const {
-        const auto* beams = std::get_if<std::shared_ptr<const mesh::Beams>>(&geometry_of(mesh));
-        return beams == nullptr ? nullptr : beams->get();
-    }
+    const mesh::Beams* beams_of(int32_t mesh) const { return facts_of(geometry_of(mesh)).beams; }
+    /// Returns the stage, or the program, that makes what a mesh is a box around; null of others.
+    const StageRef* stage_of(int32_t mesh) const { return facts_of(geometry_of(mesh)).stage; }
+    const ProgramRef* program_of(int32_t mesh) const { return facts_of(geometry_of(mesh)).program; }
     /// Whether a mesh is the box of what is known only once it is made.
-    bool is_made(int32_t mesh) const { return boxed.contains(mesh) && beams_of(mesh) == nullptr; }
+    bool is_made(int32_t mesh) const { return facts_of(geometry_of(mesh)).is_made; }
 };
 
 /// Returns the box of what a placement places, by its transform, of a world that has all but its build:

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "base/overloaded.h"
 #include "base/polar.h"
 #include "base/principal_axes.h"
 #include "runtime/part/bind_beams.h"
@@ -46,18 +47,20 @@ Stretched make_stretched(const Part& of, const std::array<double, 9>& by,
                          const openfab_fablet& fablet) {
     Stretched out{of, by};
     Part& source = out.source;
-    if (const auto* shape = std::get_if<ShapeGeometry>(&of.geometry); shape != nullptr) {
-        // The centre of its box is where that of the stretched box comes from.
-        source.mesh = shape->stage->mesh;
-    } else {
-        auto mesh = std::make_shared<PartMesh>();
-        mesh->center_part_mm =
-            Affine3d{inverse_stretch(by), {}}.apply_vector(of.mesh->center_part_mm);
-        source.mesh = std::move(mesh);
-    }
     source.piece = nullptr;
-    if (auto* beams = std::get_if<BeamGeometry>(&source.geometry); beams != nullptr)
-        beams->beams = make_part_beams(beams->beams->beams, fablet, kUnmoved, *source.mesh);
+    auto mesh = std::make_shared<PartMesh>();
+    mesh->center_part_mm = Affine3d{inverse_stretch(by), {}}.apply_vector(of.mesh->center_part_mm);
+    source.mesh = mesh;
+    std::visit(Overloaded{
+                   [](const MeshGeometry&) {},
+                   [&](BeamGeometry& beams) {
+                       beams.beams = make_part_beams(beams.beams->beams, fablet, kUnmoved, *mesh);
+                   },
+                   // The centre of its box is where that of the stretched box comes from.
+                   [&](const ShapeGeometry& shape) { source.mesh = shape.stage->mesh; },
+                   [](const GrownGeometry&) {},
+               },
+               source.geometry);
     return out;
 }
 

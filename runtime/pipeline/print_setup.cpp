@@ -13,6 +13,7 @@
 
 #include "abi/voxel_hash.h"
 #include "base/clock.h"
+#include "base/overloaded.h"
 #include "runtime/pipeline/check.h"
 #include "runtime/pipeline/grid.h"
 #include "runtime/pipeline/memory_needs.h"
@@ -226,6 +227,18 @@ Result<void> set_up_support(PrintSetup* p) {
     return {};
 }
 
+/// Whether a solid is diced though no @Surface moves it.
+bool is_diced_unmoved(const part::Part& part) {
+    return std::visit(
+        Overloaded{
+            [](const part::MeshGeometry&) { return false; },
+            [](const part::BeamGeometry&) { return false; },
+            [&](const part::ShapeGeometry&) { return volume::asks_surface(*part.fablet); },
+            [](const part::GrownGeometry&) { return true; },
+        },
+        part.geometry);
+}
+
 Result<void> set_up(PrintSetup* p) {
     const double start = seconds_now();
     p->threads = p->options.threads > 0 ? p->options.threads : tbb::info::default_concurrency();
@@ -240,10 +253,7 @@ Result<void> set_up(PrintSetup* p) {
     SurfaceCounts displaced;
     for (size_t i = 0; i < p->owners.size(); ++i) {
         const part::Part& part = p->input.parts[i];
-        const bool grows = std::holds_alternative<part::GrownGeometry>(part.geometry);
-        const bool shape = std::holds_alternative<part::ShapeGeometry>(part.geometry);
-        const bool asked = grows || (shape && volume::asks_surface(*part.fablet));
-        if (part.fablet->has_surface == 0 && !asked) continue;
+        if (part.fablet->has_surface == 0 && !is_diced_unmoved(part)) continue;
         ++displaced.parts;
         displaced.surfaces += p->owns_solid(i) ? 1 : 0;
     }

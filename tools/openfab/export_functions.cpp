@@ -12,6 +12,7 @@
 #include <set>
 #include <utility>
 
+#include "base/check.h"
 #include "base/color.h"
 #include "base/input_file.h"
 #include "base/own_folder.h"
@@ -165,8 +166,9 @@ class FunctionsExport {
         if (!bound) return bound.error();
         Shape shape;
         if (world_.is_made(object.mesh)) {
-            const auto* stage = std::get_if<world::StageRef>(&world_.geometry_of(object.mesh));
-            if (stage == nullptr) return say_why(messages::kMadeByProgram);
+            if (world_.program_of(object.mesh) != nullptr) return say_why(messages::kMadeByProgram);
+            const world::StageRef* stage = world_.stage_of(object.mesh);
+            OPENFAB_CHECK(stage != nullptr);
             const Result<void> found = shape_of(stage->fablet, object, *bound, **fablet, &shape);
             if (!found) return found.error();
             if (shape.fablet->grows) return say_why(messages::kGrowsByRules);

@@ -124,7 +124,7 @@ std::map<std::string, std::string> kinds_of(const world::World& world) {
         take(name, fablet.uniforms);
     for (const world::Object& object : world.objects) {
         take(object.fablet, object.uniforms);
-        const auto* stage = std::get_if<world::StageRef>(&world.geometry_of(object.mesh));
+        const world::StageRef* stage = world.stage_of(object.mesh);
         if (stage != nullptr) take(stage->fablet, object.uniforms);
     }
     return out;

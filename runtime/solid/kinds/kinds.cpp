@@ -76,7 +76,7 @@ Result<std::shared_ptr<Solid>> make_solid(const part::Part& part,
 }
 
 bool reach_is_known(const part::Part& part) {
-    return !std::holds_alternative<part::GrownGeometry>(part.geometry);
+    return std::visit([](const auto& of) { return of.kReachIsKnown; }, part.geometry);
 }
 
 Result<Box3d> extent_in_build(const part::Part& part, openfab_isa isa) {
