@@ -13,15 +13,6 @@ namespace {
 /// Points of one call: their buffers stay in the second-level cache.
 constexpr size_t kMost = 4096;
 
-bool is_output(const openfab_arg& arg) {
-    return arg.kind == OPENFAB_ARG_SHAPE_VALUE || arg.kind == OPENFAB_ARG_SHAPE_VALUE_LO ||
-           arg.kind == OPENFAB_ARG_SHAPE_VALUE_HI || arg.kind == OPENFAB_ARG_SHAPE_OUT;
-}
-
-size_t whole_groups(size_t n) {
-    return (n + segments::kLanes - 1) / segments::kLanes * segments::kLanes;
-}
-
 }  // namespace
 
 float scale_of_values(const part::ShapeStage& stage) {
@@ -33,10 +24,8 @@ float scale_of_values(const part::ShapeStage& stage) {
 
 ShapeCalls::ShapeCalls(const part::ShapeStage& stage, const surface::StaticArgs& fixed,
                        const ShapeBodies& bodies, openfab_isa isa)
-    : shape_(*stage.fablet->shape),
-      fixed_(fixed),
+    : StageCalls(*stage.fablet->shape, fixed, isa, kMost),
       bodies_(bodies),
-      isa_(isa),
       distances_(stage.bodies.size()) {
     for (size_t a = 0; a < 3; ++a) {
         const double stretch = stage.stretch[a];
@@ -44,19 +33,13 @@ ShapeCalls::ShapeCalls(const part::ShapeStage& stage, const surface::StaticArgs&
         shrink_[a] = static_cast<float>(1 / stretch);
     }
     if (const float scale = scale_of_values(stage); scale != 0) scale_ = scale;
-    for (int32_t i = 0; i < shape_.output_count; ++i) {
-        first_component_.push_back(components_);
-        components_ += static_cast<size_t>(shape_.outputs[i].components);
-    }
 }
 
 abi::KernelStatus ShapeCalls::values(const ShapePoints& points, std::vector<float>* out) {
-    out->resize(whole_groups(points.size()));
+    out->resize(whole_lanes(points.size()));
     set_points(points, &moved_, &points_);
     value_ = out->data();
-    const openfab_segments& segments = shape_.value_segments;
-    const abi::KernelStatus status =
-        run(shape_.values, segments.step_count > 0 ? &segments : nullptr, points.size());
+    const abi::KernelStatus status = run(shape_.values, shape_.value_segments, points.size());
     scale(out);
     return status;
 }
@@ -74,7 +57,7 @@ abi::KernelStatus ShapeCalls::bounds(const ShapePoints& lo, const ShapePoints& h
     set_points(hi, &moved_hi_, &hi_);
     value_lo_ = out_lo->data();
     value_hi_ = out_hi->data();
-    const abi::KernelStatus status = run(shape_.bounds, nullptr, lo.size());
+    const abi::KernelStatus status = run(shape_.bounds, {}, lo.size());
     scale(out_lo);
     scale(out_hi);
     return status;
@@ -82,13 +65,12 @@ abi::KernelStatus ShapeCalls::bounds(const ShapePoints& lo, const ShapePoints& h
 
 abi::KernelStatus ShapeCalls::attributes(const ShapePoints& points,
                                          std::vector<std::vector<uint32_t>>* out) {
-    out->resize(components_);
+    out->resize(components());
     for (auto& component : *out)
-        component.assign(whole_groups(points.size()), 0);
+        component.assign(whole_lanes(points.size()), 0);
     set_points(points, &moved_, &points_);
     outputs_ = out;
-    const openfab_segments& segments = shape_.attribute_segments;
-    return run(shape_.attributes, segments.step_count > 0 ? &segments : nullptr, points.size());
+    return run(shape_.attributes, shape_.attribute_segments, points.size());
 }
 
 /// Points of the part, in the stage's space: each coordinate is one product, so that points of a box
@@ -99,7 +81,7 @@ void ShapeCalls::set_points(const ShapePoints& from, std::array<std::vector<floa
         (*to)[a] = from.at[a].data();
         if (!stretched_) continue;
         std::vector<float>& axis = (*moved)[a];
-        axis.resize(whole_groups(from.size()));
+        axis.resize(whole_lanes(from.size()));
         for (size_t i = 0; i < from.size(); ++i)
             axis[i] = from.at[a][i] * shrink_[a];
         (*to)[a] = axis.data();
@@ -122,7 +104,7 @@ float* ShapeCalls::distances(const openfab_arg& arg) {
     const bool boxes = arg.kind != abi::kShapeDistance;
     if (!mine.known) {
         for (std::vector<float>* list : {&mine.at, &mine.lo, &mine.hi})
-            list->resize(whole_groups(in_piece_));
+            list->resize(whole_lanes(in_piece_));
         if (boxes) {
             bodies_.bounds(object, at(lo_), at(hi_), in_piece_, &tools_, mine.lo.data(),
                            mine.hi.data());
@@ -135,10 +117,14 @@ float* ShapeCalls::distances(const openfab_arg& arg) {
     return arg.kind == abi::kShapeDistanceLo ? mine.lo.data() : mine.hi.data();
 }
 
-/// Returns the values of a list from its current piece on.
-float* ShapeCalls::data(const openfab_arg& arg, size_t first) {
+void ShapeCalls::begin_piece() {
+    for (Distances& of_object : distances_)
+        of_object.known = false;
+}
+
+void* ShapeCalls::data(const openfab_arg& arg) {
     if (arg.kind >= abi::kShapeDistance && arg.kind <= abi::kShapeDistanceHi) return distances(arg);
-    const auto from = [&](const float* list) { return const_cast<float*>(list) + first; };
+    const auto from = [&](const float* list) { return const_cast<float*>(list) + first_; };
     switch (arg.kind) {
         case OPENFAB_ARG_SHAPE_POINT:
             return from(points_[static_cast<size_t>(arg.a)]);
@@ -153,23 +139,10 @@ float* ShapeCalls::data(const openfab_arg& arg, size_t first) {
         case OPENFAB_ARG_SHAPE_VALUE_HI:
             return from(value_hi_);
         case OPENFAB_ARG_SHAPE_OUT:
-            return reinterpret_cast<float*>(
-                (*outputs_)[first_component(arg.a) + static_cast<size_t>(arg.b)].data() + first);
+            return (*outputs_)[first_component(arg.a) + static_cast<size_t>(arg.b)].data() + first_;
         default:
             return nullptr;
     }
-}
-
-const void* ShapeCalls::input(const openfab_arg& arg) {
-    if (const void* fixed = fixed_.find(arg)) return fixed;
-    if (buffers_used_ == buffers_.size()) buffers_.push_back(std::make_unique<abi::KernelBuffer>());
-    abi::KernelBuffer& buffer = *buffers_[buffers_used_++];
-    buffer.set_dense(abi::halide_type(arg.scalar), data(arg, first_), {count_});
-    return buffer.raw();
-}
-
-segments::OutputView ShapeCalls::output(const openfab_arg& arg) {
-    return {reinterpret_cast<uint32_t*>(data(arg, first_))};
 }
 
 /// The distance to an object at points that are computed.
@@ -198,54 +171,6 @@ abi::KernelStatus ShapeCalls::query(const openfab_query& query, std::span<const 
             float* to = reinterpret_cast<float*>(states[query.outputs[i].state]) + first;
             for (size_t l = 0; l < segments::kLanes; ++l)
                 to[l] = guard[l] != 0 ? answered_[segments::kLanes * g + l] : 0.0f;
-        }
-    }
-    return {};
-}
-
-/// Points are evaluated as often as coverage and caches need them, which logs nothing.
-void ShapeCalls::printf(const openfab_printf& /*call*/, std::span<const int32_t> /*groups*/,
-                        const segments::States& /*states*/) {}
-
-abi::KernelStatus ShapeCalls::run(const openfab_kernel& kernel, const openfab_segments* segments,
-                                  size_t n) {
-    for (first_ = 0; first_ < n; first_ += kMost) {
-        const size_t count = std::min(kMost, n - first_);
-        in_piece_ = count;
-        for (Distances& of_object : distances_)
-            of_object.known = false;
-        buffers_used_ = 0;
-        if (segments != nullptr) {
-            const size_t groups = whole_groups(count) / segments::kLanes;
-            wanted_.assign(groups, 255);
-            if (const size_t rest = count % segments::kLanes; rest != 0)
-                wanted_.back() = static_cast<uint8_t>((1u << rest) - 1u);
-            count_ = static_cast<int32_t>(groups * segments::kLanes);
-            const abi::KernelStatus status =
-                driver_.run(*segments, isa_, wanted_, this, this, fixed_.stop());
-            if (!status.ok()) return status;
-            continue;
-        }
-        count_ = static_cast<int32_t>(count);
-        abi::KernelCall call(kernel, isa_);
-        int32_t i = 0;
-        for (; i < kernel.arg_count; ++i) {
-            if (kernel.packed != 0 && is_output(kernel.args[i])) break;
-            call.set(i, input(kernel.args[i]));
-        }
-        const auto packed = static_cast<size_t>(kernel.arg_count - i);
-        abi::KernelBuffer all;
-        if (packed > 0) {
-            packed_.resize(packed * count);
-            all.set_dense(abi::halide_type(OPENFAB_UINT), packed_.data(),
-                          {count_, static_cast<int32_t>(packed)});
-            call.set(i, all.raw());
-        }
-        if (const abi::KernelStatus status = call.run(); !status.ok()) return status;
-        for (size_t k = 0; k < packed; ++k) {
-            std::copy_n(
-                packed_.data() + k * count, count,
-                reinterpret_cast<uint32_t*>(data(kernel.args[static_cast<size_t>(i) + k], first_)));
         }
     }
     return {};

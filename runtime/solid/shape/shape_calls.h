@@ -10,11 +10,9 @@
 #include <vector>
 
 #include "abi/fablet_table.h"
-#include "abi/kernel_call.h"
 #include "runtime/part/shape_stage.h"
-#include "runtime/segments/driver.h"
 #include "runtime/solid/shape/shape_bodies.h"
-#include "runtime/surface/kernel_args.h"
+#include "runtime/solid/stage_calls.h"
 
 namespace openfab::solid {
 
@@ -40,7 +38,7 @@ struct ShapePoints {
 /// along all axes; else 0.
 float scale_of_values(const part::ShapeStage& stage);
 
-class ShapeCalls final : segments::Arguments, segments::Handler {
+class ShapeCalls final : public StageCalls {
   public:
     /// `stage`: the part of Part::shape, which must outlive it, as `fixed`, its arguments, and what it
     /// asks must. Points, boxes and values are those of the part, of which the stage's may be a scaled
@@ -56,42 +54,24 @@ class ShapeCalls final : segments::Arguments, segments::Handler {
     /// Computes the outputs at the points: [output component][point], bits; of an empty list none.
     abi::KernelStatus attributes(const ShapePoints& points,
                                  std::vector<std::vector<uint32_t>>* out);
-    /// Returns the place of an output's first component in what `attributes` gives.
-    size_t first_component(int32_t output) const {
-        return first_component_[static_cast<size_t>(output)];
-    }
 
   private:
-    abi::KernelStatus run(const openfab_kernel& kernel, const openfab_segments* segments, size_t n);
-    float* data(const openfab_arg& arg, size_t first);
-    const void* input(const openfab_arg& arg) override;
-    segments::OutputView output(const openfab_arg& arg) override;
+    void* data(const openfab_arg& arg) override;
+    void begin_piece() override;
     abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
                             const segments::States& states) override;
-    void printf(const openfab_printf& call, std::span<const int32_t> groups,
-                const segments::States& states) override;
 
     using Axes = std::array<const float*, 3>;
     void set_points(const ShapePoints& from, std::array<std::vector<float>, 3>* moved, Axes* to);
     void scale(std::vector<float>* values) const;
     float* distances(const openfab_arg& arg);
 
-    const openfab_shape& shape_;
-    const surface::StaticArgs& fixed_;
     const ShapeBodies& bodies_;
     ShapeBodies::Tools tools_;
     bool stretched_ = false;
     std::array<float, 3> shrink_{};  ///< from the part's space to the stage's
     float scale_ = 1;                ///< of values
     std::array<std::vector<float>, 3> moved_, moved_lo_, moved_hi_;
-    openfab_isa isa_;
-    std::vector<size_t> first_component_;
-    size_t components_ = 0;
-    segments::Driver driver_;
-    std::vector<uint8_t> wanted_;
-    std::vector<std::unique_ptr<abi::KernelBuffer>> buffers_;
-    size_t buffers_used_ = 0;
-    std::vector<uint32_t> packed_;
     // Of the current call.
     Axes points_{}, lo_{}, hi_{};
     /// By object, of the piece: the distances at its points, or their bounds.
@@ -104,9 +84,6 @@ class ShapeCalls final : segments::Arguments, segments::Handler {
     std::vector<float> answered_;
     float *value_ = nullptr, *value_lo_ = nullptr, *value_hi_ = nullptr;
     std::vector<std::vector<uint32_t>>* outputs_ = nullptr;
-    size_t first_ = 0;  ///< of the piece of the list
-    size_t in_piece_ = 0;
-    int32_t count_ = 0;  ///< the same, to whole groups where there are segments
 };
 
 }  // namespace openfab::solid
