@@ -14,9 +14,6 @@
 
 namespace openfab::world {
 
-/// Keys of a mesh beside `program` and `box_mm` that only a program has.
-constexpr const char* kProgramKeys[] = {"attributes", "places", "answer_s", "answer_mb", "version"};
-
 /// Reads the program of a mesh, whose value this is; `command` is that of its `program`.
 std::shared_ptr<const ProgramRef> read_program(const JsonValue& mesh, const JsonValue& command,
                                                const std::string& what, JsonReader* json,

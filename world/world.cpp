@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
+#include <string_view>
 #include <unordered_map>
 
 #include "base/json.h"
@@ -38,6 +40,35 @@ namespace fs = std::filesystem;
 
 /// As many as slices have codes for.
 constexpr size_t kMostMaterials = 254;
+
+/// A key of a mesh beside what it is of, and with which of these it goes.
+struct MeshKey {
+    const char* key;
+    std::array<std::string_view, 3> sources;
+    const char *message, *help;
+
+    bool goes_with(std::string_view source) const {
+        return std::find(sources.begin(), sources.end(), source) != sources.end();
+    }
+};
+
+constexpr MeshKey kMeshKeys[] = {
+    {"box_mm",
+     {"shape", "grow", "program"},
+     messages::kBoxWithoutShape,
+     messages::kBoxWithoutShapeHelp},
+    {"attributes", {"program"}, messages::kGoesWithProgram, ""},
+    {"places", {"program"}, messages::kGoesWithProgram, ""},
+    {"answer_s", {"program"}, messages::kGoesWithProgram, ""},
+    {"answer_mb", {"program"}, messages::kGoesWithProgram, ""},
+    {"version", {"program"}, messages::kGoesWithProgram, ""},
+    {"body", {"file", "beams"}, messages::kGoesWithFile, messages::kGoesWithFileHelp},
+    {"unit", {"file", "beams"}, messages::kGoesWithFile, messages::kGoesWithFileHelp},
+    {"up", {"file"}, messages::kGoesWithFile, messages::kGoesWithFileHelp},
+    {"origin_mm", {"file"}, messages::kGoesWithFile, messages::kGoesWithFileHelp},
+    {"groups", {"file"}, messages::kGoesWithFile, messages::kGoesWithFileHelp},
+    {"groups_attribute", {"file"}, messages::kGoesWithFile, messages::kGoesWithFileHelp},
+};
 
 class WorldReader {
   public:
@@ -185,72 +216,67 @@ class WorldReader {
 
     void texture(const JsonMember& m) { read_texture(m, &json_, &files_, &world_); }
 
+    /// What a mesh is of.
+    struct MeshSource {
+        std::string key;
+        void (WorldReader::*read)(const JsonMember& mesh, const JsonMember& source,
+                                  const std::string& what);
+    };
+    static const std::vector<MeshSource>& mesh_sources() {
+        static const std::vector<MeshSource> sources = [] {
+            std::vector<MeshSource> all{{"file", &WorldReader::file},
+                                        {"beams", &WorldReader::beams},
+                                        {"shape", &WorldReader::stage},
+                                        {"grow", &WorldReader::stage},
+                                        {"program", &WorldReader::program}};
+            for (const std::string& key : primitive_keys())
+                all.push_back({key, &WorldReader::primitive});
+            return all;
+        }();
+        return sources;
+    }
+
+    /// The source that a mesh has, of which it must have one.
+    struct Sourced {
+        const JsonMember* member = nullptr;
+        const MeshSource* source = nullptr;
+    };
+    Sourced source_of(const JsonMember& m, const std::string& what) {
+        Sourced out;
+        for (const MeshSource& source : mesh_sources()) {
+            const JsonMember* p = m.value.find(source.key);
+            if (p == nullptr) continue;
+            if (out.member != nullptr) {
+                json_.fail_at(p->line, p->column,
+                              fmt::format(messages::kBothKeys, what, out.member->key, source.key),
+                              messages::kBothKeysHelp);
+                return out;
+            }
+            out = {p, &source};
+        }
+        if (out.member == nullptr) {
+            json_.fail(m.value, fmt::format(messages::kNoFile, what),
+                       fmt::format(messages::kNoFileHelp, fmt::join(primitive_keys(), "`, `")));
+        }
+        return out;
+    }
+
     void mesh(const JsonMember& m) {
         const std::string what = fmt::format("mesh `{}`", m.key);
         if (!json_.object(m.value, world_keys("mesh"), what)) return;
-        const JsonMember* source = nullptr;
-        std::vector<std::string> sources = primitive_keys();
-        sources.insert(sources.begin(), {"file", "beams", "shape", "grow", "program"});
-        for (const std::string& key : sources) {
-            const JsonMember* p = m.value.find(key);
-            if (p == nullptr) continue;
-            if (source != nullptr) {
-                return json_.fail_at(p->line, p->column,
-                                     fmt::format(messages::kBothKeys, what, source->key, key),
-                                     messages::kBothKeysHelp);
-            }
-            source = p;
-        }
-        if (source == nullptr) {
-            return json_.fail(
-                m.value, fmt::format(messages::kNoFile, what),
-                fmt::format(messages::kNoFileHelp, fmt::join(primitive_keys(), "`, `")));
-        }
-        const JsonMember* box = m.value.find("box_mm");
-        const bool is_program = source->key == "program";
-        const bool is_function = is_program || source->key == "shape" || source->key == "grow";
-        if (box != nullptr && !is_function) {
-            return json_.fail_at(box->line, box->column,
-                                 fmt::format(messages::kBoxWithoutShape, what),
-                                 messages::kBoxWithoutShapeHelp);
-        }
-        for (const char* key : kProgramKeys) {
-            const JsonMember* p = m.value.find(key);
-            if (p == nullptr || is_program) continue;
+        const auto [source, reader] = source_of(m, what);
+        if (!json_.ok()) return;
+        for (const MeshKey& row : kMeshKeys) {
+            const JsonMember* p = m.value.find(row.key);
+            if (p == nullptr || row.goes_with(source->key)) continue;
             return json_.fail_at(p->line, p->column,
-                                 fmt::format(messages::kGoesWithProgram, key, what));
+                                 fmt::format(fmt::runtime(row.message), row.key, what),
+                                 fmt::format(fmt::runtime(row.help), source->key));
         }
-        if (source->key == "file") {
-            file_meshes_.insert(static_cast<int32_t>(world_.meshes.size()));
-            mesh_files_.read(m, source->value, what, any_object_repairs(m.key));
-        } else {
-            for (const char* key :
-                 {"body", "unit", "up", "origin_mm", "groups", "groups_attribute"}) {
-                const std::string_view of = key;
-                if (source->key == "beams" && (of == "unit" || of == "body")) continue;
-                if (const JsonMember* p = m.value.find(key)) {
-                    return json_.fail_at(p->line, p->column,
-                                         fmt::format(messages::kGoesWithFile, key, what),
-                                         fmt::format(messages::kGoesWithFileHelp, source->key));
-                }
-            }
-            if (source->key == "beams") {
-                beams(m, source->value, what);
-            } else if (is_program) {
-                box_of(*source, box, what);
-                if (!json_.ok()) return;
-                world_.boxed[last_mesh()] =
-                    read_program(m.value, source->value, what, &json_, &files_);
-            } else if (is_function) {
-                stage(*source, box, what);
-            } else {
-                primitive(*source, what);
-            }
-        }
-        if (json_.ok()) {
-            world_.meshes.back().name = m.key;
-            mesh_places_.emplace(m.key, static_cast<int32_t>(world_.meshes.size() - 1));
-        }
+        (this->*reader->read)(m, *source, what);
+        if (!json_.ok()) return;
+        world_.meshes.back().name = m.key;
+        mesh_places_.emplace(m.key, last_mesh());
     }
 
     void load_meshes() {
@@ -265,15 +291,20 @@ class WorldReader {
         return false;
     }
 
-    void primitive(const JsonMember& source, const std::string& what) {
+    void file(const JsonMember& m, const JsonMember& source, const std::string& what) {
+        file_meshes_.insert(static_cast<int32_t>(world_.meshes.size()));
+        mesh_files_.read(m, source.value, what, any_object_repairs(m.key));
+    }
+
+    void primitive(const JsonMember& /*m*/, const JsonMember& source, const std::string& what) {
         std::optional<mesh::Mesh> mesh =
             read_primitive(source, fmt::format("`{}` of {}", source.key, what), &json_);
         if (!mesh || !take_memory(source.value, mesh::mesh_bytes(mesh::counts_of(*mesh)))) return;
         world_.meshes.push_back(std::move(*mesh));
     }
 
-    void beams(const JsonMember& m, const JsonValue& value, const std::string& what) {
-        const fs::path file = files_.existing(value, "`beams` of " + what);
+    void beams(const JsonMember& m, const JsonMember& source, const std::string& what) {
+        const fs::path file = files_.existing(source.value, "`beams` of " + what);
         mesh::BeamOptions options;
         options.memory_bytes = memory_left_;
         if (const JsonMember* p = m.value.find("unit"))
@@ -284,19 +315,25 @@ class WorldReader {
         if (skips_mesh_files_) {
             world_.meshes.emplace_back();
         } else {
-            take_memory(value, add_beams(file, options, m.key, &json_, &world_));
+            take_memory(source.value, add_beams(file, options, m.key, &json_, &world_));
         }
     }
 
     int32_t last_mesh() const { return static_cast<int32_t>(world_.meshes.size()) - 1; }
 
-    void stage(const JsonMember& source, const JsonMember* box, const std::string& what) {
+    void stage(const JsonMember& m, const JsonMember& source, const std::string& what) {
         if (reference(source.value, fmt::format("`{}` of {}", source.key, what), "fablet",
                       fablet_places_) < 0)
             return;
-        box_of(source, box, what);
+        box_of(source, m.value.find("box_mm"), what);
         if (json_.ok())
             world_.boxed[last_mesh()] = StageRef{source.value.text, json_.location(source.value)};
+    }
+
+    void program(const JsonMember& m, const JsonMember& source, const std::string& what) {
+        box_of(source, m.value.find("box_mm"), what);
+        if (json_.ok())
+            world_.boxed[last_mesh()] = read_program(m.value, source.value, what, &json_, &files_);
     }
 
     /// A shape, or what a rule grows or a program makes, stands in the world as its box.

@@ -226,7 +226,7 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "12:13: " + fmt::format(messages::kNoFile, "mesh `ball`") + "; " +
              fmt::format(messages::kNoFileHelp, fmt::join(primitive_keys(), "`, `"))},
         {"\"sphere\": 8", "\"sphere\": 8, \"box_mm\": 3",
-         "12:27: " + fmt::format(messages::kBoxWithoutShape, "mesh `ball`") + "; " +
+         "12:27: " + fmt::format(messages::kBoxWithoutShape, "box_mm", "mesh `ball`") + "; " +
              messages::kBoxWithoutShapeHelp},
         {"\"sphere\": 8", "\"cone\": [0, 0, 3]",
          std::string("12:22: `cone` of mesh `ball`") + messages::kNoDiameter},
