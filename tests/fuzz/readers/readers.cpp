@@ -32,21 +32,16 @@
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/load/pictures.h"
-#include "mesh/read/beams_npz.h"
-#include "mesh/read/beams_text.h"
 #include "mesh/read/gltf.h"
 #include "mesh/read/obj.h"
 #include "mesh/read/threemf.h"
-#include "mesh/read/threemf_beams.h"
-#include "mesh/read/threemf_shapes.h"
 #include "runtime/process/kinds/kinds.h"
-#include "runtime/solid/grow/program_answer.h"
+#include "tests/fuzz/readers/geometry_readers.h"
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
 #include "tools/color/profile.h"
 #include "tools/color/samples.h"
-#include "tools/fields/fablet_text.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 #include "tools/texture/embedded_profile.h"
@@ -57,14 +52,6 @@
 
 namespace openfab::testing {
 namespace {
-
-/// Results are values or user errors.
-template <typename T>
-bool answered(const Result<T>& result) {
-    if (result) return true;
-    if (result.error().code == ErrorCode::kInternal || result.error().text().empty()) std::abort();
-    return false;
-}
 
 bool read_mesh(std::string_view bytes, const char* file) {
     mesh::MeshOptions options;
@@ -386,70 +373,6 @@ bool elements(std::string_view bytes) {
     for (const float mu : read->mu)
         if (!(mu >= 0)) std::abort();
     return true;
-}
-
-/// Of beams nodes exist, and radii make an inside.
-bool fine_beams(const Result<mesh::ReadBeams>& read) {
-    if (!answered(read)) return false;
-    const mesh::Beams& beams = read->beams;
-    const auto nodes = static_cast<int32_t>(beams.nodes.size());
-    for (const mesh::Beam& beam : beams.beams) {
-        if (std::min(beam.nodes[0], beam.nodes[1]) < 0 ||
-            std::max(beam.nodes[0], beam.nodes[1]) >= nodes ||
-            !(std::max(beam.radii[0], beam.radii[1]) > 0) ||
-            !(std::min(beam.radii[0], beam.radii[1]) >= 0))
-            std::abort();
-    }
-    for (const mesh::BeamAttribute& a : beams.attributes) {
-        const auto components = static_cast<size_t>(a.components);
-        if (a.is_int ? a.ints.size() != beams.beams.size() * components
-                     : a.values.size() != beams.nodes.size() * components)
-            std::abort();
-    }
-    return !beams.beams.empty();
-}
-
-bool beams(std::string_view bytes) {
-    return fine_beams(mesh::parse_beams(bytes, "a.txt", kReaderBytes));
-}
-bool beams_npz(std::string_view bytes) {
-    return fine_beams(mesh::parse_beams_npz(bytes, "a.npz", kReaderBytes));
-}
-bool lattices(std::string_view bytes) {
-    return fine_beams(mesh::parse_threemf_beams(bytes, "a.3mf", "", kReaderBytes));
-}
-
-/// What it gives, it has counted.
-bool answer(std::string_view bytes) {
-    const Result<solid::ProgramAnswer> read =
-        solid::read_program_answer(bytes, {.floats = 1, .ints = 1, .places = {"leaf"}});
-    if (!read) {
-        if (read.error().code != ErrorCode::kUserInput) std::abort();
-        return false;
-    }
-    if (read->floats.size() != 2 * read->items.size() || read->ints.size() != read->items.size())
-        std::abort();
-    for (const mesh::Mesh& mesh : read->meshes) {
-        for (const auto& triangle : mesh.triangles) {
-            for (const int32_t v : triangle) {
-                if (v < 0 || static_cast<size_t>(v) >= mesh.positions.size()) std::abort();
-            }
-        }
-    }
-    return !read->items.empty();
-}
-
-/// Functions are translated, too.
-bool fields(std::string_view bytes) {
-    const Result<mesh::ReadThreemfShapes> read =
-        mesh::parse_threemf_shapes(bytes, "a.3mf", kReaderBytes);
-    if (!answered(read)) return false;
-    bool any = false;
-    for (const mesh::ThreemfPlaced& one : read->level_sets)
-        any = answered(tools::level_set_fablet(one, {}, "a.3mf", "A")) || any;
-    for (const mesh::ThreemfPlaced& one : read->meshes)
-        any = answered(tools::mesh_fablet(one, {}, "a.3mf", "A")) || any;
-    return any;
 }
 
 constexpr Reader kReaders[] = {
