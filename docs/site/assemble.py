@@ -24,7 +24,7 @@ NAVIGATION = [
     ("OpenFab", ["README.md", "docs/systems.md", "docs/glossary.md", "CHANGELOG.md"]),
     ("Tutorial", ["docs/tutorial/*.md"]),
     ("How to", ["docs/printing.md", "docs/machines.md", "docs/process.md", "docs/how-to/*.md", "docs/mechanics.md", "docs/streaming.md", "docs/viewer.md", "docs/graph.md", "docs/trust.md"]),
-    ("Parts", ["runtime/solid/*/README.md", "runtime/process/*/README.md", "backends/*.md", "backends/*/*.md"]),
+    ("Parts", ["core/mesh/read/README.md", "runtime/solid/*/README.md", "runtime/process/*/README.md", "backends/*.md", "backends/*/*.md"]),
     ("Language", ["compiler/OPENFL.md", "schedules/README.md", "docs/editor.md", "editors/*/README.md"]),
     ("Library", ["library/index.md", "library/*.md", "compiler/functions/README.md"]),
     ("Worlds", ["world/WORLDS.md", "world/reference.md"]),
