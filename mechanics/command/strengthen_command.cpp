@@ -149,6 +149,10 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
         round->report.iterations));
     show(fmt::format("{}: {:+.2f} % material, the field in {}\n", output.string(),
                      100 * (round->material_mm3 / begun - 1), field_file.string()));
+    if (world->names_others()) {
+        const std::string stay = fs::absolute(o.common.input).parent_path().string();
+        note(fmt::format(messages::kNamesOthers, output.string(), stay, stay));
+    }
     if (!reason.empty()) return user_error(reason, messages::kFactorNotReachedHelp);
     return {};
 }

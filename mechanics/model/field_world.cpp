@@ -4,6 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "base/json_text.h"
 #include "mechanics/messages.h"
 
@@ -46,6 +49,12 @@ Result<FieldWorld> FieldWorld::open(const fs::path& world, const std::string& te
     if (Result<void> done = edit->relocate(fs::absolute(world).parent_path(), folder); !done)
         return done.error();
     return FieldWorld(std::move(*edit), texture, *moved);
+}
+
+bool FieldWorld::names_others() const {
+    const std::vector<fs::path> paths = world_.paths();
+    return std::any_of(paths.begin(), paths.end(),
+                       [](const fs::path& path) { return *path.begin() == ".."; });
 }
 
 Result<std::string> FieldWorld::text(const fs::path& field, const std::array<double, 3>& origin_mm,

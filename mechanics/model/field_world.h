@@ -22,6 +22,8 @@ class FieldWorld {
                                    const std::filesystem::path& folder);
     /// The part's origin in the build.
     const std::array<double, 3>& moved_mm() const { return moved_mm_; }
+    /// Whether the world with the field names files outside of its folder, which it may read if they are allowed.
+    bool names_others() const;
     /// The world's text with the field, a file in that folder, as texture, its lowest corner in the build.
     Result<std::string> text(const std::filesystem::path& field,
                              const std::array<double, 3>& origin_mm,

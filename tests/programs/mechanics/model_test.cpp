@@ -314,6 +314,9 @@ TEST_F(MechanicsModel, AWorldIsStrengthenedWithAllThatItNames) {
         mechanics({"strengthen", path("w.fab.json"), "--field", "file", "--safety", "1.6",
                    "--voxel", "0.5mm", "--thin", "-o", path("out/strong.fab.json")});
     ASSERT_EQ(out.exit_code, 0) << out.out << out.err;
+    const std::string folder = fs::path(path("w.fab.json")).parent_path().string();
+    EXPECT_THAT(out.err, Says(mechanics::messages::kNamesOthers, path("out/strong.fab.json"),
+                              folder, folder));
     const Outcome held =
         mechanics({"part", path("out/strong.fab.json"), "--voxel", "0.5mm", "--thin", "--materials",
                    path("mechanics.json"), "--allow", path("")});
