@@ -42,7 +42,7 @@ set(sanitized_too programs/print_resume_test programs/print_resume_others_test p
 # Those that a night runs under the thread sanitizer: whole prints by kernels made by hand, and what threads share. They have the
 # label `threaded`, and the target of that name.
 set(threaded_tests
-    unit/plain_threads_test unit/lru_cache_test unit/pipeline_unit_test unit/grow_threads_test
+    unit/plain_threads_test unit/lru_cache_test unit/pipeline_unit_test unit/grow_threads_test unit/world_parts_test
     property/nearest_any_thread_count property/support_print_test property/box_print_test property/back_pressure_test)
 
 # Whether a test has the label `sanitized` or `threaded`.
