@@ -16,6 +16,7 @@
 #include "base/scan_number.h"
 #include "base/xml.h"
 #include "tools/color/messages.h"
+#include "tools/color/stated_light.h"
 
 namespace openfab::color {
 
@@ -330,11 +331,11 @@ class Reader {
             return user_error(messages::kNoSpectra, messages::kNoSpectraHelp);
         const auto found = file_.specifications.find(one.specification);
         if (found == file_.specifications.end()) return {};
-        const auto& [first, step, light, observer, condition] = found->second;
-        if (!light.empty() && light.find("D50") == std::string::npos)
-            return user_error(fmt::format(messages::kOtherLight, light), messages::kOtherLightHelp);
-        if (observer.find("10") != std::string::npos)
-            return user_error(fmt::format(messages::kOtherLight, observer),
+        StatedLight stated;
+        stated.take_light(found->second.light);
+        stated.take_observer(found->second.observer);
+        if (!stated.other().empty())
+            return user_error(fmt::format(messages::kOtherLight, stated.other()),
                               messages::kOtherLightHelp);
         return {};
     }

@@ -56,6 +56,10 @@ using Action = std::function<Result<void>()>;
 Result<SampleTable> read_measured(const Arguments& a) {
     const Measure measure{a.light == "D65" ? Light::kD65 : Light::kD50, a.condition};
     Result<SampleTable> table = read_samples(a.first, measure);
+    if (table && table->is_chart)
+        return with_context(
+            user_error(messages::kChartNotMeasured, messages::kChartNotMeasuredHelp),
+            fmt::format("{}: ", a.first));
     if (table && !table->note.empty()) note(table->note);
     return table;
 }

@@ -5,6 +5,7 @@
 // Finds measurements that do not go with the others: an instrument put down beside its patch, a row of a
 // table in another's place.
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,8 @@ struct PatchCheck {
     std::vector<LeftOut> out_of_line;
     /// Of these, pairs that fit each other's place, in the order of the table.
     std::vector<std::pair<LeftOut, LeftOut>> exchanged;
+    /// Of the white that does not look like one in light of D50.
+    std::optional<Lab> tinted_white;
     bool disordered = false;  ///< so many that the table is of another chart, or in another order
 };
 

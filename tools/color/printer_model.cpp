@@ -244,6 +244,7 @@ void PrinterModel::fit_residual(const std::vector<Sample>& samples) {
                 const double difference = ciede2000(is, predicted);
                 left_out[i].predicted = predicted;
                 left_out[i].difference = difference;
+                left_out[i].spread = std::sqrt(1 / own);
                 sum += difference;
                 worst = std::max(worst, difference);
             }

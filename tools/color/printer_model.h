@@ -28,6 +28,8 @@ struct LeftOut {
     double difference = 0;  ///< CIEDE2000
     /// Same as `difference` of what mixing alone says, which no single patch turns.
     double of_mixing = 0;
+    /// How far off the prediction may be expected to be, in a unit of the model's: more where the others are far.
+    double spread = 1;
 };
 
 class PrinterModel {

@@ -14,6 +14,7 @@
 #include "tools/color/cxf.h"
 #include "tools/color/messages.h"
 #include "tools/color/read_named.h"
+#include "tools/color/stated_light.h"
 #include "tools/color/table_text.h"
 
 namespace openfab::color {
@@ -26,96 +27,136 @@ constexpr size_t kMostSamples = 4000;
 class Parser {
   public:
     Parser(std::string_view text, Light light)
-        : text_(text), is_cgats_(is_cgats(text)), light_asked_(light) {}
+        : text_(text), is_cgats_(is_cgats(text)), words_left_(text), light_asked_(light) {}
 
     Result<SampleTable> run() {
-        std::string_view line;
-        while (next(&line)) {
-            if (Result<void> taken = take_line(line); !taken) return taken.error();
-        }
-        if (Result<void> whole = check_whole(); !whole) return whole.error();
+        if (Result<void> read = is_cgats_ ? read_cgats() : read_csv(); !read) return read.error();
         if (columns_.empty()) {
             return user_error(messages::kNotATable, messages::kNotATableHelp);
         }
         if (table_.samples.empty()) return user_error(messages::kNoPatches);
+        if (Result<void> percent = check_percent(); !percent) return percent.error();
         if (Result<void> seen = see_spectra(); !seen) return seen.error();
+        if (light_.relative() && !spectra_.there()) table_.note = messages::kWhiteOfPaper;
         return std::move(table_);
     }
 
   private:
-    enum class Part { kHead, kFormat, kBetween, kData, kRows, kEnd };
-
-    bool next(std::string_view* line) {
-        if (at_ >= text_.size()) return false;
-        const size_t end = std::min(text_.find('\n', at_), text_.size());
-        *line = text_.substr(at_, end - at_);
-        at_ = end + 1;
-        ++number_;
-        return true;
-    }
-
     Error error(const std::string& what, const std::string& help = {}) const {
         return user_error(fmt::format(messages::kLineOf, number_, what), help);
     }
 
-    /// A table that says how many rows it has, or where it ends, has them all.
-    Result<void> check_whole() const {
-        if (part_ == Part::kData && !words_.empty())
-            return error(fmt::format(messages::kValuesForColumns, words_.size(), columns_.size()));
-        if (sets_ && part_ >= Part::kData && *sets_ != static_cast<double>(table_.samples.size()))
-            return user_error(fmt::format(messages::kRowsMissing, *sets_, table_.samples.size()),
-                              messages::kRowsMissingHelp);
-        if (!sets_ && part_ == Part::kData)
-            return user_error(messages::kNoEndOfData, messages::kRowsMissingHelp);
+    Result<void> read_cgats() {
+        while (const std::optional<CgatsWord> word = words_left_.next()) {
+            number_ = word->line;
+            if (word->is("BEGIN_DATA_FORMAT")) {
+                if (Result<void> named = take_format(*word); !named) return named;
+            } else if (word->is("BEGIN_DATA")) {
+                if (Result<void> found = find_columns(); !found) return found;
+                Result<void> taken = take_sets();
+                if (!taken && odd_lines_ == 1)
+                    // A row that has a value too few or too many moves all behind it.
+                    taken = user_error(fmt::format(
+                        messages::kLineOf, odd_line_,
+                        fmt::format(messages::kValuesForColumns, odd_values_, columns_.size())));
+                return taken;  // further tables are of calibrations
+            } else {
+                std::vector<std::string_view> values;
+                while (const std::optional<CgatsWord> value = words_left_.next_of_line())
+                    values.push_back(value->text);
+                if (Result<void> taken = take_keyword(word->text, values); !taken) return taken;
+            }
+        }
         return {};
     }
 
     /// What a head says beside its columns.
-    Result<void> take_keyword(std::string_view first, std::string_view rest) {
+    Result<void> take_keyword(std::string_view key, const std::vector<std::string_view>& values) {
+        const auto number = [&](double* value) {
+            return !values.empty() && scan_number(values[0], value).empty();
+        };
         double value = 0;
-        if (first == "OPENFAB_COLUMNS") {
-            if (!scan_number(take_word(&rest), &value).empty() || value < 1 ||
-                value > kMostColumns || value != std::floor(value))
+        if (key == "OPENFAB_COLUMNS") {
+            if (!number(&value) || value < 1 || value > kMostColumns || value != std::floor(value))
                 return error(messages::kColumnsNotACount);
             table_.columns = static_cast<int>(value);
-        } else if (first == "NUMBER_OF_SETS") {
-            if (scan_number(take_word(&rest), &value).empty()) sets_ = value;
-        } else if (first == "SPECTRAL_START_NM" || first == "SPECTRAL_END_NM" ||
-                   first == "SPECTRAL_NORM") {
-            double* const to = first == "SPECTRAL_NORM"       ? &spectral_norm_
-                               : first == "SPECTRAL_START_NM" ? &spectral_first_
-                                                              : &spectral_last_;
-            if (scan_number(take_word(&rest), &value).empty() && value > 0) *to = value;
-        } else if (first == "CTI1" || first == "CTI2") {
+        } else if (key == "NUMBER_OF_SETS") {
+            if (number(&value)) sets_ = value;
+        } else if (key == "SPECTRAL_START_NM" || key == "SPECTRAL_END_NM" ||
+                   key == "SPECTRAL_NORM") {
+            double* const to = key == "SPECTRAL_NORM"       ? &spectral_norm_
+                               : key == "SPECTRAL_START_NM" ? &spectral_first_
+                                                            : &spectral_last_;
+            if (number(&value) && value > 0) *to = value;
+        } else if (key == "CTI1" || key == "CTI2") {
             table_.is_chart = true;
-        } else if (first == "ILLUMINATION_NAME" || first == "ILLUMINANT") {
-            light_ = take_word(&rest);
-        } else if (first == "WEIGHTING_FUNCTION") {
-            // `"ILLUMINANT, D65"`, `"OBSERVER, 10 degree"`
-            const std::string_view text = take_word(&rest);
-            const size_t comma = text.find(',');
-            std::string_view what = comma < text.size() ? text.substr(comma + 1) : text;
-            what.remove_prefix(std::min(what.find_first_not_of(' '), what.size()));
-            if (text.starts_with("ILLUMINANT")) light_ = what;
-            if (text.starts_with("OBSERVER")) observer_ = what;
-        } else if (first == "MEASUREMENT_SOURCE") {
-            take_source(take_word(&rest));
-        } else if (first == "OBSERVER") {
-            observer_ = take_word(&rest);
+        } else {
+            light_.take(key, values);
         }
         return {};
     }
 
-    /// `Illumination=D50 ObserverAngle=2 WhiteBase=Absolute`, as X-Rite's programs have it.
-    void take_source(std::string_view text) {
-        constexpr std::string_view kBetween = " \t,;",
-                                   kLight = "Illumination=", kObserver = "ObserverAngle=";
-        while (!text.empty()) {
-            const std::string_view word = text.substr(0, text.find_first_of(kBetween));
-            text.remove_prefix(std::min(word.size() + 1, text.size()));
-            if (word.starts_with(kLight)) light_ = word.substr(kLight.size());
-            if (word.starts_with(kObserver)) observer_ = word.substr(kObserver.size());
+    /// Takes the names of columns, behind the word `begin`.
+    Result<void> take_format(const CgatsWord& begin) {
+        columns_.clear();
+        while (const std::optional<CgatsWord> word = words_left_.next()) {
+            number_ = word->line;
+            if (word->is("END_DATA_FORMAT")) {
+                // Between names there are blanks: then a comma in a value is its decimal point.
+                const std::string_view names(begin.text.data(), word->text.data());
+                if (names.find_first_of(",;") == std::string_view::npos) words_left_.keep_commas();
+                break;
+            }
+            if (columns_.size() == kMostColumns) return error(messages::kTooManyColumns);
+            columns_.emplace_back(word->text);
         }
+        return {};
+    }
+
+    /// Takes the values of all sets. Each has as many as there are columns, on one line or several; where the head says
+    /// how many sets there are, lines end anywhere.
+    Result<void> take_sets() {
+        int lines = 0, line = 0;
+        size_t on_line = 0;
+        const auto end_line = [&] {
+            if (on_line == 0 || on_line == columns_.size()) return;
+            if (odd_lines_++ == 0) odd_line_ = line, odd_values_ = on_line;
+        };
+        while (const std::optional<CgatsWord> word = words_left_.next()) {
+            if (word->line != line) {
+                end_line();
+                line = word->line, on_line = 0;
+                ++lines;
+            }
+            if (word->is("END_DATA")) {
+                end_line();
+                return check_whole(true);
+            }
+            ++on_line;
+            if (!sets_ && words_.empty() && on_line > 1) {
+                number_ = line;
+                return error(
+                    fmt::format(messages::kTooManyValues, columns_.size(), columns_.size()));
+            }
+            if (words_.empty()) number_ = line;
+            words_.push_back(std::string(word->text));
+            if (words_.size() < columns_.size()) continue;
+            if (Result<void> taken = take_row(); !taken) return taken;
+            words_.clear();
+        }
+        end_line();
+        return check_whole(false);
+    }
+
+    /// A table that says how many rows it has has them all, and ends.
+    Result<void> check_whole(bool ended) const {
+        if (!words_.empty())
+            return error(fmt::format(messages::kValuesForColumns, words_.size(), columns_.size()));
+        if (sets_ && *sets_ != static_cast<double>(table_.samples.size()))
+            return user_error(fmt::format(messages::kRowsMissing, *sets_, table_.samples.size()),
+                              messages::kRowsMissingHelp);
+        if (!ended) return user_error(messages::kNoEndOfData, messages::kRowsMissingHelp);
+        return {};
     }
 
     /// Colours of XYZ and Lab are of D50 and the observer of 2 degrees, if they say what they are of.
@@ -123,83 +164,71 @@ class Parser {
         if (by_camera_ || !table_.has_lab || spectra_.there()) return {};
         if (light_asked_ != Light::kD50)
             return user_error(messages::kNoSpectra, messages::kNoSpectraHelp);
-        const std::string light = upper(light_);
-        if (!light.empty() && light.find("D50") == std::string::npos)
-            return user_error(fmt::format(messages::kOtherLight, light_),
-                              messages::kOtherLightHelp);
-        if (observer_.find("10") != std::string::npos ||
-            observer_.find("1964") != std::string::npos)
-            return user_error(fmt::format(messages::kOtherLight, observer_),
+        if (!light_.other().empty())
+            return user_error(fmt::format(messages::kOtherLight, light_.other()),
                               messages::kOtherLightHelp);
         return {};
     }
 
-    Result<void> take_line(std::string_view line) {
-        std::string_view rest = line;
-        const std::optional<std::string_view> word = take(&rest);
-        if (part_ == Part::kRows) return take_cells(line);
-        if (!word) return {};
-        const std::string_view first = *word;
-        switch (part_) {
-            case Part::kHead:
-            case Part::kBetween:
-                if (first == "BEGIN_DATA_FORMAT") {
-                    part_ = Part::kFormat;
-                    columns_.clear();
-                } else if (first == "BEGIN_DATA") {
-                    part_ = Part::kData;
-                    return find_columns();
-                } else if (!is_cgats_ && line.find_first_of(",;\t") != std::string_view::npos) {
-                    part_ = Part::kRows;
-                    return take_names(line);
-                }
-                return take_keyword(first, rest);
-            case Part::kFormat:
-                if (first == "END_DATA_FORMAT") {
-                    part_ = Part::kBetween;
-                    return {};
-                }
-                return add_names(line);
-            case Part::kData:
-                if (first == "END_DATA") {
-                    if (!words_.empty()) return check_whole();
-                    part_ = Part::kEnd;
-                    return {};
-                }
-                return take_values(line);
-            case Part::kRows:
-            case Part::kEnd:
-                return {};  // further tables, of calibrations
-        }
-        return {};
+    Result<void> check_percent() const {
+        double most = 0;
+        for (const Sample& sample : table_.samples)
+            most = std::max(most, *std::max_element(sample.inks.begin(), sample.inks.end()));
+        constexpr double kOnePercent = 0.01;
+        if (!table_.has_inks || most == 0 || most > kOnePercent) return {};
+        return user_error(fmt::format(messages::kInksBelowOnePercent, most * 100),
+                          messages::kInksArePercent);
     }
 
-    Result<void> add_names(std::string_view line) {
-        for (std::string_view word = take_word(&line); !word.empty(); word = take_word(&line)) {
-            if (columns_.size() == kMostColumns) return error(messages::kTooManyColumns);
-            columns_.emplace_back(word);
+    Result<void> read_csv() {
+        CsvRows rows(text_);
+        const bool named = names_columns(upper(text_));
+        // What precedes the names of columns: comments, titles, and Excel's `sep=;`.
+        for (; !rows.at_end(); rows.skip_line()) {
+            const std::string line = upper(rows.peek());
+            const bool cells = line.find_first_of(",;\t") != std::string::npos;
+            if (line.starts_with('#') || line.starts_with("SEP=")) continue;
+            if (cells && (names_columns(line) || !named)) break;
+            CgatsWords words(rows.peek());
+            std::vector<std::string_view> values;
+            while (const std::optional<CgatsWord> word = words.next())
+                values.push_back(word->text);
+            if (values.empty()) continue;
+            number_ = rows.next_line();
+            const std::string_view key = values.front();
+            values.erase(values.begin());
+            if (Result<void> taken = take_keyword(key, values); !taken) return taken;
         }
-        return {};
-    }
-
-    Result<void> take_names(std::string_view line) {
+        if (rows.at_end()) return {};
+        const std::string_view line = rows.peek();
         for (const char one : {',', ';', '\t'}) {
             if (std::count(line.begin(), line.end(), one) >
-                std::count(line.begin(), line.end(), separator_))
-                separator_ = one;
+                std::count(line.begin(), line.end(), rows.separator()))
+                rows.set_separator(one);
         }
-        const std::vector<std::string_view> cells = cells_of(line, separator_);
-        if (cells.size() > kMostColumns) return error(messages::kTooManyColumns);
-        columns_.assign(cells.begin(), cells.end());
-        return find_columns();
+        rows.next(&words_);
+        number_ = rows.line();
+        if (words_.size() > kMostColumns) return error(messages::kTooManyColumns);
+        columns_ = words_;
+        if (Result<void> found = find_columns(); !found) return found;
+        while (rows.next(&words_)) {
+            number_ = rows.line();
+            if (Result<void> taken = take_cells(); !taken) return taken;
+        }
+        return {};
+    }
+
+    static bool names_columns(std::string_view text) {
+        for (const char* name : {"CMYK_C", "RGB_R", "LAB_L"})
+            if (text.find(name) != std::string_view::npos) return true;
+        return false;
     }
 
     /// A row of a CSV; lines without values, and comments, are none.
-    Result<void> take_cells(std::string_view line) {
-        words_ = cells_of(line, separator_);
-        const auto filled = [](std::string_view cell) { return !cell.empty(); };
+    Result<void> take_cells() {
+        const auto filled = [](const std::string& cell) { return !cell.empty(); };
         if (std::none_of(words_.begin(), words_.end(), filled)) return {};
-        if (words_.size() != columns_.size() && line.starts_with('#')) return {};
+        if (words_.size() != columns_.size() && words_.front().starts_with('#')) return {};
         while (words_.size() > columns_.size() && words_.back().empty())
             words_.pop_back();
         if (words_.size() > columns_.size())
@@ -209,26 +238,10 @@ class Parser {
         return take_row();
     }
 
-    /// Values of CGATS: a set has as many as there are columns, on one line or several.
-    Result<void> take_values(std::string_view line) {
-        const size_t before = words_.size();
-        for (std::optional<std::string_view> word = take(&line); word; word = take(&line)) {
-            if (words_.size() == columns_.size()) {
-                return before > 0 ? error(fmt::format(messages::kValuesForColumns, before,
-                                                      columns_.size()))
-                                  : error(fmt::format(messages::kTooManyValues, columns_.size(),
-                                                      columns_.size()));
-            }
-            words_.push_back(*word);
-        }
-        if (words_.size() < columns_.size()) return {};
-        Result<void> taken = take_row();
-        words_.clear();
-        return taken;
-    }
-
-    int index_of(const char* name) const {
-        const auto found = std::find(columns_.begin(), columns_.end(), name);
+    int index_of(std::string_view name) const {
+        const auto found =
+            std::find_if(columns_.begin(), columns_.end(),
+                         [&](const std::string& column) { return upper(column) == name; });
         return found == columns_.end() ? -1 : static_cast<int>(found - columns_.begin());
     }
 
@@ -240,6 +253,11 @@ class Parser {
         for (size_t i = 0; i < count; ++i) {
             (*at)[i] = index_of(names[i]);
             if ((*at)[i] >= 0) ++found;
+            if (std::count_if(columns_.begin(), columns_.end(), [&](const std::string& column) {
+                    return upper(column) == names[i];
+                }) > 1)
+                return error(fmt::format(messages::kColumnTwice, names[i]),
+                             messages::kColumnTwiceHelp);
         }
         *there = found == count;
         if (found == 0 || found == count) return {};
@@ -258,7 +276,8 @@ class Parser {
         if (found) found = find<3>({"LAB_L", "LAB_A", "LAB_B"}, &lab_, &table_.has_lab);
         if (found) found = find<3>({"XYZ_X", "XYZ_Y", "XYZ_Z"}, &xyz_, &has_xyz_);
         if (!found) return found;
-        id_ = index_of("SAMPLE_ID");
+        for (const char* name : {"SAMPLE_ID", "SAMPLEID", "SAMPLE_NAME", "SAMPLENAME"})
+            if (id_ < 0) id_ = index_of(name);
         if (!table_.has_inks && !table_.has_rgb) {
             return error(messages::kNeitherInksNorColours, messages::kNeitherInksNorColoursHelp);
         }
@@ -273,25 +292,24 @@ class Parser {
         return check_light();
     }
 
-    Result<double> number(int column, double lowest, double highest) {
+    /// Reads a number in a range, or beyond it by what programs round.
+    Result<double> number(int column, double lowest, double highest, const char* help = "") {
         double value = 0;
-        const std::string_view word = words_[static_cast<size_t>(column)];
-        if (!scan_number(word, &value).empty() || !std::isfinite(value)) {
-            return error(fmt::format(messages::kValueNotANumber, word,
-                                     columns_[static_cast<size_t>(column)]));
-        }
-        if (value < lowest || value > highest) {
-            return error(fmt::format(messages::kValueOutside, word,
-                                     columns_[static_cast<size_t>(column)], lowest, highest));
-        }
+        const std::string& word = words_[static_cast<size_t>(column)];
+        const std::string& name = columns_[static_cast<size_t>(column)];
+        if (!read_number(word, &value))
+            return error(fmt::format(messages::kValueNotANumber, word, name));
+        const double slack = (highest - lowest) * 5e-4;
+        if (value < lowest - slack || value > highest + slack)
+            return error(fmt::format(messages::kValueOutside, word, name, lowest, highest), help);
         return value;
     }
 
     template <size_t count>
     Result<void> numbers(const std::array<int, count>& columns, double lowest, double highest,
-                         double one, std::array<double, count>* out) {
+                         double one, std::array<double, count>* out, const char* help = "") {
         for (size_t i = 0; i < count; ++i) {
-            const Result<double> value = number(columns[i], lowest, highest);
+            const Result<double> value = number(columns[i], lowest, highest, help);
             if (!value) return value.error();
             (*out)[i] = *value / one;
         }
@@ -339,11 +357,12 @@ class Parser {
         if (table_.samples.size() == kMostSamples)
             return error(fmt::format(messages::kTooManyPatches, kMostSamples));
         Sample sample;
-        sample.id = id_ >= 0 ? std::string(words_[static_cast<size_t>(id_)])
-                             : std::to_string(table_.samples.size() + 1);
+        sample.id =
+            id_ >= 0 ? words_[static_cast<size_t>(id_)] : std::to_string(table_.samples.size() + 1);
         Result<void> read;
-        if (table_.has_inks) read = numbers(inks_, -1e-6, 100 + 1e-6, 100, &sample.inks);
-        if (read && table_.has_rgb) read = numbers(rgb_, -1e-6, 255 + 1e-6, 255, &sample.rgb);
+        if (table_.has_inks)
+            read = numbers(inks_, 0, 100, 100, &sample.inks, messages::kInksArePercent);
+        if (read && table_.has_rgb) read = numbers(rgb_, 0, 255, 255, &sample.rgb);
         if (!read) return read;
         if (const Complaint wrong = settle_inks(&sample.inks); !wrong.empty())
             return error(wrong.what, wrong.help);
@@ -364,7 +383,8 @@ class Parser {
             sample.lab = to_lab({std::max(v[0], 0.0), std::max(v[1], 0.0), std::max(v[2], 0.0)});
         } else if (table_.has_lab) {
             if (Result<void> lab = numbers(lab_, -200, 200, 1, &v); !lab) return lab;
-            sample.lab = {v[0], v[1], v[2]};
+            if (const Result<double> l = number(lab_[0], -0.5, 150); !l) return l.error();
+            sample.lab = {std::max(v[0], 0.0), v[1], v[2]};
         }
         table_.samples.push_back(std::move(sample));
         return {};
@@ -372,16 +392,15 @@ class Parser {
 
     std::string_view text_;
     bool is_cgats_;
-    size_t at_ = 0;
-    int number_ = 0;
-    Part part_ = Part::kHead;
-    std::vector<std::string> columns_;
-    std::vector<std::string_view> words_;
+    CgatsWords words_left_;
+    int number_ = 0;  ///< of the line
+    std::vector<std::string> columns_, words_;
     std::array<int, 4> inks_{};
     std::array<int, 3> rgb_{}, lab_{}, xyz_{};
-    char separator_ = ',';  ///< of a CSV
     std::optional<double> sets_;
-    std::string_view light_, observer_;
+    int odd_lines_ = 0, odd_line_ = 0;  ///< whose values are not those of one set
+    size_t odd_values_ = 0;
+    StatedLight light_;
     Light light_asked_;
     SpectralColumns spectra_;
     std::vector<std::vector<double>> reflected_;  ///< of each patch, as the table has them

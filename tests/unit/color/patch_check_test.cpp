@@ -82,5 +82,39 @@ TEST(PatchCheck, ATableInAnotherOrderIsTold) {
     }
 }
 
+/// Measures one patch as something else; returns the warnings.
+std::vector<std::string> with_one_wrong(size_t at, const Lab& measured) {
+    SampleTable table = SyntheticPrinter(0.1).measured(0.2);
+    table.samples[at].lab = measured;
+    return warnings(table);
+}
+
+TEST(PatchCheck, PureInksRepeatedPatchesAndMixturesAreNamedAlone) {
+    const SampleTable right = SyntheticPrinter(0.1).measured(0.2);
+    // Cyan, magenta, yellow and black, their steps beside them, white and its repetitions, and mixtures where others are near.
+    for (const size_t at : {8u, 15u, 16u, 24u, 31u, 32u, 0u, 59u, 179u, 99u, 108u, 243u, 279u}) {
+        const Lab is = right.samples[at].lab;
+        const bool dark = is.l < 75;
+        const Lab beside = dark ? Lab{95, 0, 0} : Lab{is.l - 25, is.a + 15, is.b - 40};
+        const std::vector<std::string> lines = with_one_wrong(at, beside);
+        ASSERT_EQ(lines.size(), 1u) << at + 1 << ": " << (lines.empty() ? "" : lines[0]);
+        EXPECT_THAT(lines[0], testing::Says(messages::kPatchOutOfLine, std::to_string(at + 1), "*",
+                                            "*", "*", "*", "*", "*", "*"));
+    }
+    // A mixture that is off by less than where inks change fastest, but has many near it.
+    const Lab grey = right.samples[99].lab;
+    EXPECT_EQ(with_one_wrong(99, {grey.l, grey.a + 15, grey.b - 10}).size(), 1u);
+}
+
+TEST(PatchCheck, AWhiteOfAnotherLightIsTold) {
+    SampleTable table = SyntheticPrinter(0.1).measured(0);
+    for (Sample& sample : table.samples) {
+        // XYZ of D65 as if they were of D50.
+        const Xyz xyz = to_xyz(sample.lab);
+        sample.lab = to_lab({xyz.x * 0.95047 / kD50.x, xyz.y, xyz.z * 1.08883 / kD50.z});
+    }
+    EXPECT_THAT(warnings(table), ::testing::Contains(testing::Says(messages::kWhiteIsTinted)));
+}
+
 }  // namespace
 }  // namespace openfab::color

@@ -120,6 +120,111 @@ TEST(Samples, ReadsValuesWhereverCgatsHasThem) {
     }
 }
 
+/// Twenty patches as CGATS text whose values end lines after so many of them; 0: never.
+std::string folded(size_t after, bool with_count) {
+    std::string text = kHead + (with_count ? "NUMBER_OF_SETS 20\n" : "") + "BEGIN_DATA\n";
+    size_t count = 0;
+    for (int k = 0; k < 20; ++k) {
+        for (const int value : {k + 1, k, 2 * k, 5, 0, 20 + k, 21 + k, 8 + k}) {
+            text += std::to_string(value);
+            text += after > 0 && ++count % after == 0 ? '\n' : ' ';
+        }
+    }
+    return text + "END_DATA\n";
+}
+
+TEST(Samples, SetsAreCountedWhereverLinesEnd) {
+    const Result<SampleTable> right = parse_samples(folded(8, true));
+    ASSERT_TRUE(right) << right.error().text();
+    for (const size_t after : {0, 1, 3, 5, 7, 10, 13, 16, 24}) {
+        const Result<SampleTable> table = parse_samples(folded(after, true));
+        ASSERT_TRUE(table) << after << table.error().text();
+        ASSERT_EQ(table->samples.size(), 20u) << after;
+        for (size_t k = 0; k < 20; ++k) {
+            EXPECT_EQ(table->samples[k].id, std::to_string(k + 1));
+            EXPECT_EQ(table->samples[k].inks, right->samples[k].inks) << after;
+            EXPECT_EQ(table->samples[k].lab.b, right->samples[k].lab.b) << after;
+        }
+    }
+    // A line that has a value too few or too many is the fault, wherever it shows.
+    for (const char* wrong : {"7 6 12 5 0 26 27", "7 6 12 5 0 26 27 14 1"}) {
+        std::string text = folded(8, true);
+        const std::string row = "7 6 12 5 0 26 27 14\n";
+        text.replace(text.find(row), row.size(), std::string(wrong) + "\n");
+        EXPECT_THAT(refusal(text), testing::Says(messages::kLineOf, "12", "*"));
+        EXPECT_THAT(refusal(text), testing::Says(messages::kValuesForColumns, "*", "8"));
+    }
+    // Without a count of sets, each begins a line.
+    EXPECT_NE(refusal(folded(5, false)), "");
+    EXPECT_EQ(refusal(folded(4, false)), "");
+    // Keywords share lines with names and values.
+    std::string one = folded(8, true);
+    std::replace(one.begin(), one.end(), '\n', ' ');
+    one.replace(one.find(" NUMBER_OF_SETS"), 1, "\n");
+    one.replace(one.find(" BEGIN_DATA "), 1, "\n");
+    const Result<SampleTable> table = parse_samples(one);
+    ASSERT_TRUE(table) << table.error().text();
+    EXPECT_EQ(table->samples.size(), 20u);
+}
+
+TEST(Samples, NumbersAndNamesAreThoseOfAllCountries) {
+    const std::string names[] = {"SAMPLE_ID", "cmyk_c", "Cmyk_M", "CMYK_Y",
+                                 "CMYK_K",    "LAB_L",  "LAB_A",  "lab_b"};
+    const std::string values[] = {"7", "12.5", "0", "0.25", "0", "60.5", "-1.25", "2"};
+    const auto row = [](const std::string(&cells)[8], const std::string& between, bool comma) {
+        std::string out;
+        for (std::string cell : cells) {
+            if (comma) std::replace(cell.begin(), cell.end(), '.', ',');
+            out += (out.empty() ? "" : between) + cell;
+        }
+        return out + "\n";
+    };
+    const std::string texts[] = {
+        row(names, ",", false) + row(values, ",", false),
+        row(names, ";", false) + row(values, ";", true),
+        row(names, "\t", false) + row(values, "\t", true),
+        "sep=;\n" + row(names, ";", false) + row(values, ";", true),
+        "My chart, of Monday\n\n" + row(names, ",", false) + row(values, ",", false),
+        "BEGIN_DATA_FORMAT\n" + row(names, " ", false) + "END_DATA_FORMAT\nBEGIN_DATA\n" +
+            row(values, " ", true) + "END_DATA\n",
+    };
+    for (const std::string& text : texts) {
+        const Result<SampleTable> table = parse_samples(text);
+        ASSERT_TRUE(table) << text << table.error().text();
+        ASSERT_EQ(table->samples.size(), 1u) << text;
+        const Sample& sample = table->samples[0];
+        EXPECT_EQ(sample.id, "7");
+        EXPECT_EQ(sample.inks, (Inks{0.125, 0, 0.0025, 0})) << text;
+        EXPECT_EQ(sample.lab.l, 60.5);
+        EXPECT_EQ(sample.lab.a, -1.25);
+        EXPECT_EQ(sample.lab.b, 2);
+    }
+    EXPECT_THAT(refusal("CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B,LAB_L\n50,0,0,0,9,8,7,6\n"),
+                testing::Says(messages::kColumnTwice, "LAB_L"));
+    EXPECT_THAT(refusal("CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n1,0,0,0,9,8,7\n"),
+                testing::Says(messages::kInksBelowOnePercent, "1"));
+    EXPECT_THAT(refusal("CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n99,0,0,0,-1,-1,-1\n"),
+                testing::Says(messages::kValueOutside, "-1", "LAB_L", "*", "*"));
+    const Result<SampleTable> rounded = parse_samples(
+        "CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n100.004,-0.003,0,0,-0.02,8,7\n");
+    ASSERT_TRUE(rounded) << rounded.error().text();
+    EXPECT_EQ(rounded->samples[0].inks, (Inks{1, 0, 0, 0}));
+    EXPECT_EQ(rounded->samples[0].lab.l, 0);
+}
+
+TEST(Samples, CellsInQuotesHoldSeparatorsQuotesAndLines) {
+    const Result<SampleTable> table = parse_samples(
+        "Note,SAMPLE_ID,CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n"
+        "\"say \"\"hi\"\", he\nsaid\",a,50,0,0,0,9,8,7\n5\" wide,b,\"0,5\",0,0,0,9,8,7\n");
+    ASSERT_TRUE(table) << table.error().text();
+    ASSERT_EQ(table->samples.size(), 2u);
+    EXPECT_EQ(table->samples[0].id, "a");
+    EXPECT_EQ(table->samples[1].inks[0], 0.005);
+    EXPECT_THAT(refusal("Note,CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n\"a\nb\",50,0,0,0,9,8,"
+                        "7\nc,x,0,0,0,9,8,7\n"),
+                testing::Says(messages::kLineOf, "4", "*"));
+}
+
 TEST(Samples, AmountsOfEightBitsAndNumbersBelowZeroAreRead) {
     const Result<SampleTable> table =
         parse_samples(kHead +
@@ -143,6 +248,9 @@ TEST(Samples, TablesAreWholeOrRefused) {
     EXPECT_THAT(refusal(kHead + "NUMBER_OF_SETS 1\nBEGIN_DATA\n" + row + row + "END_DATA\n"),
                 testing::Says(messages::kRowsMissing, "1", "2"));
     EXPECT_THAT(refusal(kHead + "BEGIN_DATA\n" + row), testing::Says(messages::kNoEndOfData));
+    // All rows are there, and the last may have lost digits.
+    EXPECT_THAT(refusal(kHead + "NUMBER_OF_SETS 1\nBEGIN_DATA\n" + row),
+                testing::Says(messages::kNoEndOfData));
     EXPECT_THAT(refusal(kHead + "BEGIN_DATA\n" + row + "1 0 0 0\nEND_DATA\n"),
                 testing::Says(messages::kValuesForColumns, "4", "8"));
     EXPECT_THAT(refusal(kHead + "BEGIN_DATA\n1 0 0 0\n" + row + "END_DATA\n"),
@@ -155,12 +263,18 @@ TEST(Samples, AnotherLightIsRefused) {
          {"ILLUMINATION_NAME \"D65\"\n", "WEIGHTING_FUNCTION \"ILLUMINANT, D65\"\n",
           "WEIGHTING_FUNCTION \"OBSERVER, 10 degree\"\n", "OBSERVER \"10\"\n",
           "MEASUREMENT_SOURCE \"Illumination=D65\tObserverAngle=2\"\n",
-          "MEASUREMENT_SOURCE \"Illumination=D50 ObserverAngle=10 Filter=U\"\n"})
+          "MEASUREMENT_SOURCE \"Illumination=D50 ObserverAngle=10 Filter=U\"\n",
+          "MEASUREMENT_SOURCE \"illumination = D65, observer = 2\"\n", "illumination_name d65\n",
+          "WEIGHTING_FUNCTION \"Illuminant, D65\"\n", "ILLUMINATION_NAME \"D50/10\"\n",
+          "OBSERVER_ANGLE \"10\"\n", "ILLUMINATION_NAME \"F11\"\n", "ILLUMINATION_NAME 6500 K\n",
+          "ILLUMINANT_WHITE_POINT_XYZ \"95.1 100 108.8\"\n", "OBSERVER \"CIE 1964\"\n"})
         EXPECT_THAT(refusal(head + rows), testing::Says(messages::kOtherLight)) << head;
     for (const char* head :
          {"ILLUMINATION_NAME \"D50\"\n", "WEIGHTING_FUNCTION \"ILLUMINANT, D50\"\n",
           "WEIGHTING_FUNCTION \"OBSERVER, 2 degree\"\n", "INSTRUMENTATION \"D65, 10\"\n",
-          "MEASUREMENT_SOURCE \"Illumination=D50\tObserverAngle=2\tWhiteBase=Absolute\"\n"})
+          "MEASUREMENT_SOURCE \"Illumination=D50\tObserverAngle=2\tWhiteBase=Absolute\"\n",
+          "WEIGHTING_FUNCTION \"OBSERVER, CIE 1931, 2 degree, 10 nm\"\n",
+          "ILLUMINANT_WHITE_POINT_XYZ \"96.42 100 82.49\"\n", "ILLUMINATION_NAME \"D50/2\"\n"})
         EXPECT_EQ(refusal(head + rows), "") << head;
 }
 
