@@ -13,6 +13,7 @@
 #include "base/check.h"
 #include "base/color.h"
 #include "base/json.h"
+#include "tools/render/half_space.h"
 #include "tools/render/messages.h"
 #include "tools/render/polyjet_optics.h"
 
@@ -160,7 +161,7 @@ const OpticsTable& builtin_optics() {
     return table;
 }
 
-MaterialOptics guess_optics(const std::array<uint8_t, 4>& preview) {
+MaterialOptics guess_optics(const std::array<uint8_t, 4>& preview, const SurfaceOptics& surface) {
     MaterialOptics optics;
     // Opaque ones as dense as a white ink; clear ones as the model previews see them, s = a / (1 - a)
     // per mm (backends/preview/model_view.h).
@@ -168,10 +169,8 @@ MaterialOptics guess_optics(const std::array<uint8_t, 4>& preview) {
     const double alpha = preview[3] / 255.0;
     const double strength = alpha < 1 ? std::min(kOpaquePerMm, alpha / (1 - alpha)) : kOpaquePerMm;
     for (size_t c = 0; c < 3; ++c) {
-        const double look = srgb_to_linear(preview[c] / 255.0);
-        // The albedo of an unbounded body that reflects `look`: Chiang, Kutz and Burley 2016,
-        // "Practical and controllable subsurface scattering for production path tracing".
-        optics.albedo[c] = 1 - std::exp(look * (-5.09406 + look * (2.61188 - look * 4.31805)));
+        optics.albedo[c] =
+            albedo_of_look(srgb_to_linear(preview[c] / 255.0), surface.refractive_index);
         optics.extinction[c] = strength;
     }
     return optics;
@@ -185,12 +184,41 @@ Optics optics_of(const pipeline::PrintInfo& info, const OpticsTable* own) {
     for (const pipeline::SliceMaterial& material : info.materials) {
         const MaterialOptics* found = own != nullptr ? own->find(material.name) : nullptr;
         if (found == nullptr) found = builtin.find(material.name);
-        optics.by_code.push_back(found != nullptr ? *found : guess_optics(material.preview));
+        optics.by_code.push_back(found != nullptr ? *found
+                                                  : guess_optics(material.preview, optics.surface));
         const bool is_support =
             info.support_code == static_cast<int32_t>(optics.by_code.size()) - 1;
         if (found == nullptr && !is_support) optics.guessed.push_back(material.name);
     }
     return optics;
+}
+
+Optics optics_of_mixtures(const Optics& optics, const std::vector<uint8_t>& codes,
+                          const std::vector<std::vector<uint8_t>>& mixtures) {
+    Optics out{optics.surface, {}, optics.guessed};
+    for (const std::vector<uint8_t>& parts : mixtures) {
+        MaterialOptics mean;
+        double all = 0;
+        for (const uint8_t part : parts)
+            all += part;
+        Rgb scattering{};
+        double forward = 0;
+        for (size_t m = 0; m < parts.size(); ++m) {
+            const MaterialOptics& one = optics.by_code[codes[m]];
+            for (size_t c = 0; c < 3; ++c) {
+                const double share = parts[m] / all * one.extinction[c];
+                mean.extinction[c] += share;
+                scattering[c] += share * one.albedo[c];
+                forward += share * one.albedo[c] * one.anisotropy;
+            }
+        }
+        for (size_t c = 0; c < 3; ++c)
+            mean.albedo[c] = mean.extinction[c] > 0 ? scattering[c] / mean.extinction[c] : 0;
+        const double scattered = scattering[0] + scattering[1] + scattering[2];
+        mean.anisotropy = scattered > 0 ? forward / scattered : 0;
+        out.by_code.push_back(mean);
+    }
+    return out;
 }
 
 }  // namespace openfab::render

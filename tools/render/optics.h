@@ -57,10 +57,15 @@ Result<OpticsTable> parse_optics(const std::string& text, const std::string& nam
 /// Returns the table that is compiled in.
 const OpticsTable& builtin_optics();
 
-/// Guesses from a preview's colour: of an opaque one (alpha 1) a thick body looks like it.
-MaterialOptics guess_optics(const std::array<uint8_t, 4>& preview);
+/// Guesses from a preview's colour: a thick body behind that surface, smooth, looks like it (look_of_albedo).
+MaterialOptics guess_optics(const std::array<uint8_t, 4>& preview, const SurfaceOptics& surface);
 
 /// Looks all materials of a print up: in `own` (may be null), then in the built-in table.
 Optics optics_of(const pipeline::PrintInfo& info, const OpticsTable* own);
+
+/// Returns the optics of codes that are mixtures (Mixtures::by_code) of the print's materials `codes`: the mean of what
+/// light meets.
+Optics optics_of_mixtures(const Optics& optics, const std::vector<uint8_t>& codes,
+                          const std::vector<std::vector<uint8_t>>& mixtures);
 
 }  // namespace openfab::render

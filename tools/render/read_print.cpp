@@ -50,7 +50,11 @@ Result<ReadPrint> read_print(const std::string& path, int64_t memory_bytes) {
     if (!file) return file.error();
     const pipeline::PrintInfo& info = (*file)->info();
     const int64_t slice_bytes = int64_t{info.size.x} * info.size.y + 2 * (*file)->slice_bytes();
-    VolumeGrid grid{info.size, info.pitch_mm, info.origin_mm, {1, 1, 1}};
+    VolumeGrid grid{info.size, info.pitch_mm, info.origin_mm, {1, 1, 1}, {}};
+    for (size_t code = 1; code <= info.materials.size(); ++code) {
+        if (static_cast<int32_t>(code) != info.support_code)
+            grid.codes.push_back(static_cast<uint8_t>(code));
+    }
     const int64_t left = memory_bytes - slice_bytes;
     for (;;) {
         if (VolumeBuilder::least_bytes(grid) < left) {
@@ -61,6 +65,10 @@ Result<ReadPrint> read_print(const std::string& path, int64_t memory_bytes) {
             if (*fits && builder.finish(&out.volume)) {
                 out.info = info;
                 out.cell = grid.cell;
+                if (!grid.is_own()) {
+                    out.mixed = grid.codes;
+                    out.mixtures = builder.mixtures().by_code();
+                }
                 out.slices = (*file)->whole_slices();
                 if (out.volume.solid_mm().empty())
                     return user_error(fmt::format(messages::kNothingPrinted, path));

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "runtime/pipeline/slice_sink.h"
 #include "tools/render/volume.h"
@@ -17,6 +18,9 @@ struct ReadPrint {
     Volume volume;
     Vec3i cell{1, 1, 1};  ///< voxels of the print a voxel of the volume
     int32_t slices = 0;   ///< that were there
+    /// The print's materials whose mixtures are the codes of a volume of larger cells.
+    std::vector<uint8_t> mixed;
+    std::vector<std::vector<uint8_t>> mixtures;
 };
 
 /// Reads at the print's own pitch, or at the finest that fits; support material, which is washed off,

@@ -188,6 +188,8 @@ Result<void> render(const RenderOptions& options) {
     if (!print) return print.error();
     folder.reset();
     Optics optics = optics_of(print->info, own ? &*own : nullptr);
+    if (!print->mixtures.empty())
+        optics = optics_of_mixtures(optics, print->mixed, print->mixtures);
     if (options.roughness) optics.surface.roughness = *options.roughness;
     if (!options.quiet) say_about(*print, optics);
     Result<Scene> scene = make_scene(scene_options, print->volume.solid_mm());

@@ -140,21 +140,30 @@ int64_t VolumeBuilder::least_bytes(const VolumeGrid& grid) {
     const auto windows = static_cast<double>(window_of(kernels[2]));
     const double blocks =
         static_cast<double>(blocks_of(cells.x)) * blocks_of(cells.y) * blocks_of(cells.z);
+    const size_t counted = grid.is_own() ? 0 : grid.codes.size();
     // A window of codes and coverages, a slab of both, what is gathered, what is between; two tables of
     // blocks, and the macrocells that a tracer makes of them.
     constexpr double kOfBlock = 17;
-    const double bytes = layer * (3 * windows + 3 * Volume::kSide + 15) + blocks * kOfBlock;
+    const double bytes =
+        layer * (3 * windows + 3 * Volume::kSide + 15 + 2 * static_cast<double>(counted)) +
+        blocks * kOfBlock;
     return bytes < 9e18 ? static_cast<int64_t>(bytes) : INT64_MAX;
 }
 
 VolumeBuilder::VolumeBuilder(const VolumeGrid& grid, int64_t memory_bytes, uint64_t seed)
-    : grid_(grid), memory_bytes_(memory_bytes), seed_(seed) {
+    : grid_(grid),
+      memory_bytes_(memory_bytes),
+      seed_(seed),
+      mixtures_(static_cast<int32_t>(grid.codes.size())) {
     kernel_ = kernels_of(grid_);
     margin_ = reach_of(kernel_);
     cells_ = with_margin(grid_, margin_);
     const size_t cells = cells_of_layer();
     solid_.resize(cells);
     codes_.resize(cells);
+    for (size_t m = 0; m < grid_.codes.size(); ++m)
+        place_of_[grid_.codes[m]] = static_cast<uint16_t>(m);
+    if (!grid_.is_own()) counts_.resize(cells * grid_.codes.size());
     between_.resize(cells);
     nothing_.codes.resize(cells);
     nothing_.coverage.resize(cells);
@@ -200,14 +209,12 @@ bool VolumeBuilder::add(int32_t z, const uint8_t* codes) {
         for (int32_t x = 0; x < grid_.voxels.x; ++x) {
             if (row[x] != 0) {
                 const size_t i = cell_row + static_cast<size_t>(cell);
-                const uint32_t seen = ++solid_[i];
-                const uint64_t place =
-                    (static_cast<uint64_t>(z) * static_cast<uint64_t>(grid_.voxels.y) +
-                     static_cast<uint64_t>(y)) *
-                        width +
-                    static_cast<uint64_t>(x);
-                // Each of them is as likely to stay.
-                if (seen == 1 || hash_of(seed_, place) % seen == 0) codes_[i] = row[x];
+                ++solid_[i];
+                if (counts_.empty()) {
+                    codes_[i] = row[x];
+                } else {
+                    count(i, row[x]);
+                }
             }
             if (++in_cell == grid_.cell.x) {
                 in_cell = 0;
@@ -216,6 +223,13 @@ bool VolumeBuilder::add(int32_t z, const uint8_t* codes) {
         }
     }
     return true;
+}
+
+void VolumeBuilder::count(size_t cell, uint8_t code) {
+    uint16_t* const counts = counts_.data() + cell * grid_.codes.size();
+    if (++counts[place_of_[code]] < UINT16_MAX) return;
+    for (size_t m = 0; m < grid_.codes.size(); ++m)
+        counts[m] /= 2;
 }
 
 bool VolumeBuilder::close_cells() {
@@ -232,6 +246,12 @@ bool VolumeBuilder::close_cells() {
             solid[i] = static_cast<uint8_t>((255 * solid_[i] + all / 2) / all);
             if (solid_[i] == 0) continue;
             made.is_void = false;
+            if (!counts_.empty()) {
+                const uint64_t place =
+                    static_cast<uint64_t>(open_) * static_cast<uint64_t>(cells_of_layer()) + i;
+                codes_[i] = mixtures_.draw(counts_.data() + i * grid_.codes.size(),
+                                           static_cast<uint16_t>(hash_of(seed_, place)));
+            }
             tight_.add(Vec3i{x, y, open_});
         }
     }
@@ -239,6 +259,7 @@ bool VolumeBuilder::close_cells() {
     made.codes.swap(codes_);
     std::fill(codes_.begin(), codes_.end(), uint8_t{0});
     std::fill(solid_.begin(), solid_.end(), 0U);
+    std::fill(counts_.begin(), counts_.end(), uint16_t{0});
     ++open_;
     const int32_t reach = radius_of(kernel_[2]);
     return open_ <= reach || emit(open_ - 1 - reach);

@@ -18,6 +18,7 @@
 #include "base/check.h"
 #include "base/result.h"
 #include "base/vec.h"
+#include "tools/render/mixtures.h"
 
 namespace openfab::render {
 
@@ -116,7 +117,10 @@ struct VolumeGrid {
     Vec3d pitch_mm;   ///< of them
     Vec3d origin_mm;  ///< lowest corner
     Vec3i cell{1, 1, 1};
+    /// The codes that its voxels may have, increasing.
+    std::vector<uint8_t> codes;
 
+    bool is_own() const { return cell == Vec3i{1, 1, 1}; }
     Vec3i cells() const {
         return {(voxels.x + cell.x - 1) / cell.x, (voxels.y + cell.y - 1) / cell.y,
                 (voxels.z + cell.z - 1) / cell.z};
@@ -131,13 +135,15 @@ struct VolumeGrid {
 /// Makes a volume from slices, bottom up.
 class VolumeBuilder {
   public:
-    /// Takes at most `memory_bytes`, the finished volume included. A cell of several voxels has the
-    /// code of one of its solid ones, drawn at random by a hash of its place, so that mixtures stay as
-    /// they are; its coverage is their share. `seed` decides the draws.
+    /// Takes at most `memory_bytes`, the finished volume included. The code of a cell of several voxels is that of a
+    /// mixture of `grid.codes` (mixtures), of its solid voxels, rounded by a hash of its place, so that mixtures stay as
+    /// they are in the mean; its coverage is their share. `seed` decides the draws.
     VolumeBuilder(const VolumeGrid& grid, int64_t memory_bytes, uint64_t seed);
 
     /// Returns what a builder takes before it stores a block.
     static int64_t least_bytes(const VolumeGrid& grid);
+
+    const Mixtures& mixtures() const { return mixtures_; }
 
     /// Takes slice `z`, codes of one byte, x fastest: above the last one. Slices left out are void.
     /// Returns false where the memory does not suffice.
@@ -155,6 +161,7 @@ class VolumeBuilder {
     size_t cells_of_layer() const {
         return static_cast<size_t>(cells_.x) * static_cast<size_t>(cells_.y);
     }
+    void count(size_t cell, uint8_t code);
     bool close_cells();
     void smooth(const std::vector<uint8_t>& solid, std::vector<uint16_t>* out);
     /// Layer `z` of cells, which may lie outside: then it is void.
@@ -172,6 +179,9 @@ class VolumeBuilder {
     std::vector<Vec3i> nearby_;                    ///< cells around one, nearest first
     int32_t open_ = 0;                             ///< the layer of cells being gathered
     std::vector<uint32_t> solid_;                  ///< voxels that are, by cell
+    Mixtures mixtures_;
+    std::array<uint16_t, 256> place_of_{};  ///< of a code among the grid's
+    std::vector<uint16_t> counts_;          ///< voxels of each code, by cell of several
     std::vector<uint8_t> codes_;
     std::vector<Layer> window_;  ///< layer z at z modulo its size
     Layer nothing_;

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include "tests/support/says/says.h"
+#include "tests/unit/render/render_fixture.h"
 
 namespace openfab::testing {
 namespace {
@@ -86,10 +87,29 @@ TEST(Optics, LooksInTheOwnFileFirst) {
 }
 
 TEST(Optics, GuessesClearOnesAsThin) {
-    const MaterialOptics clear = render::guess_optics({250, 253, 255, 5});
-    const MaterialOptics opaque = render::guess_optics({250, 253, 255, 255});
+    const MaterialOptics clear = render::guess_optics({250, 253, 255, 5}, {1.5, 0});
+    const MaterialOptics opaque = render::guess_optics({250, 253, 255, 255}, {1.5, 0});
     EXPECT_LT(clear.extinction[0], 0.03);
     EXPECT_GE(opaque.extinction[0], 10);
+}
+
+TEST(Optics, OfMixturesAreWhatLightMeetsInTheMean) {
+    const MaterialOptics white{{9, 8, 6}, {1, 0.9, 0.5}, 0.3};
+    const MaterialOptics black{{3, 4, 6}, {0, 0, 0.5}, -0.1};
+    const Optics own = make_optics({{}, white, black});
+    const Optics mixed = render::optics_of_mixtures(own, {2, 3}, {{}, {1, 2}, {0, 3}, {3, 0}});
+    ASSERT_EQ(mixed.by_code.size(), 4u);
+    EXPECT_EQ(mixed.by_code[0], MaterialOptics());
+    EXPECT_NEAR(mixed.by_code[1].extinction[0], (9 + 2 * 3) / 3.0, 1e-12);
+    EXPECT_NEAR(mixed.by_code[1].albedo[0], 9.0 / (9 + 2 * 3), 1e-12);
+    EXPECT_NEAR(mixed.by_code[1].albedo[1], 0.9 * 8 / (8 + 2 * 4), 1e-12);
+    EXPECT_NEAR(mixed.by_code[1].albedo[2], 0.5, 1e-12);
+    const double of_white = 9 + 0.9 * 8 + 0.5 * 6;
+    const double of_black = 2 * 0.5 * 6;
+    EXPECT_NEAR(mixed.by_code[1].anisotropy,
+                (0.3 * of_white - 0.1 * of_black) / (of_white + of_black), 1e-12);
+    EXPECT_NEAR(mixed.by_code[3].albedo[1], 0.9, 1e-12);
+    EXPECT_NEAR(mixed.by_code[2].anisotropy, -0.1, 1e-12);
 }
 
 }  // namespace

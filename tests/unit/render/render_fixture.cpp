@@ -11,7 +11,7 @@ namespace openfab::testing {
 render::Volume make_volume(const Vec3i& size, const Vec3d& pitch_mm, const CodeAt& code,
                            const Vec3i& cell) {
     constexpr int64_t kMemory = 1'000'000'000;
-    render::VolumeBuilder builder({size, pitch_mm, {0, 0, 0}, cell}, kMemory, 7);
+    render::VolumeBuilder builder({size, pitch_mm, {0, 0, 0}, cell, {1, 2, 3, 4, 5}}, kMemory, 7);
     std::vector<uint8_t> slice(static_cast<size_t>(size.x) * static_cast<size_t>(size.y));
     for (int32_t z = 0; z < size.z; ++z) {
         for (int32_t y = 0; y < size.y; ++y) {

@@ -51,6 +51,30 @@ TEST(Tracer, AbsorbsAsBeerAndLambertSay) {
     }
 }
 
+// Dots much smaller than a free path mix. Taken together, they must not become dots as large as a cell.
+TEST(Tracer, SeesTheToneOfDotsInLargerCells) {
+    const auto dots = [](int32_t x, int32_t y, int32_t z) {
+        return static_cast<uint8_t>(1 + (x * 7 + y * 5 + z * 3) % 8 / 7);
+    };
+    const MaterialOptics white{{10, 10, 10}, {0.999, 0.99, 0.9}, 0};
+    const MaterialOptics black{{10, 10, 10}, {0, 0, 0}, 0};
+    const Optics optics = make_optics({white, black, {}, {}, {}}, 1.5);
+    const Vec3i size{192, 192, 96};
+    const double pitch = 0.01;
+    const auto look = [&](const Volume& volume, const Optics& of) {
+        const Tracer tracer(&volume, of, white_room());
+        return estimate(tracer, 20000, {0.93, 0.97, 3}, always(kDown));
+    };
+    const Estimate own = look(make_volume(size, {pitch, pitch, pitch}, dots), optics);
+    const render::Mixtures mixtures(5);
+    const Estimate coarse =
+        look(make_volume(size, {pitch, pitch, pitch}, dots, {12, 12, 12}),
+             render::optics_of_mixtures(optics, {1, 2, 3, 4, 5}, mixtures.by_code()));
+    for (size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(coarse.mean[c], own.mean[c], 0.04 * own.mean[c] + kErrors * coarse.error[c])
+            << c;
+}
+
 TEST(Tracer, AddsUpWhatAMixedColumnAbsorbs) {
     const auto code = [](int32_t, int32_t, int32_t z) {
         return static_cast<uint8_t>(z % 3 == 0 ? 1 : 2);

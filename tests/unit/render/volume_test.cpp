@@ -80,6 +80,8 @@ TEST(Volume, KeepsMixturesInLargerCells) {
     const Vec3i cell{4, 2, 3};
     const Volume volume = make_volume({162, 80, 120}, {0.02, 0.04, 0.03}, code, cell);
     EXPECT_NEAR(volume.pitch_mm().x, 0.08, 1e-12);
+    const render::Mixtures mixtures(5);  // as many as the fixture has
+    ASSERT_EQ(mixtures.parts(), 6);
     int32_t ones = 0;
     int32_t all = 0;
     for (int32_t z = 0; z < 40; ++z) {
@@ -87,19 +89,23 @@ TEST(Volume, KeepsMixturesInLargerCells) {
             for (int32_t x = 0; x < 40; ++x) {
                 const Vec3i at =
                     voxel_at(volume, {(x + 0.5) * 0.08, (y + 0.5) * 0.08, (z + 0.5) * 0.09});
-                const uint8_t got = volume.code(at.x, at.y, at.z);
-                ASSERT_TRUE(got == 1 || got == 2);
-                ones += got == 1 ? 1 : 0;
-                ++all;
+                const std::vector<uint8_t>& parts =
+                    mixtures.by_code()[volume.code(at.x, at.y, at.z)];
+                ASSERT_EQ(parts[0] + parts[1], mixtures.parts());
+                // 18 of 24 voxels: four and a half of six parts.
+                ASSERT_TRUE(parts[0] == 4 || parts[0] == 5);
+                ones += parts[0];
+                all += mixtures.parts();
             }
         }
     }
-    // 64,000 draws: a standard deviation is 0.0017.
-    EXPECT_NEAR(static_cast<double>(ones) / all, 0.75, 0.01);
+    // 64,000 draws: a standard deviation is 0.0003.
+    EXPECT_NEAR(static_cast<double>(ones) / all, 0.75, 0.0015);
 }
 
 TEST(Volume, LeavesOutSlicesThatAreNotThere) {
-    VolumeBuilder builder({{16, 16, 40}, {0.1, 0.1, 0.1}, {0, 0, 0}, {1, 1, 1}}, 100'000'000, 0);
+    VolumeBuilder builder({{16, 16, 40}, {0.1, 0.1, 0.1}, {0, 0, 0}, {1, 1, 1}, {3}}, 100'000'000,
+                          0);
     const std::vector<uint8_t> slice(256, 3);
     for (int32_t z = 10; z < 30; ++z)
         ASSERT_TRUE(builder.add(z, slice.data()));
@@ -112,7 +118,7 @@ TEST(Volume, LeavesOutSlicesThatAreNotThere) {
 }
 
 TEST(Volume, SaysWhereMemoryDoesNotSuffice) {
-    const VolumeGrid grid{{200, 200, 200}, {0.1, 0.1, 0.1}, {0, 0, 0}, {1, 1, 1}};
+    const VolumeGrid grid{{200, 200, 200}, {0.1, 0.1, 0.1}, {0, 0, 0}, {1, 1, 1}, {1, 2}};
     const auto fits = [&](int64_t bytes) {
         VolumeBuilder builder(grid, bytes, 0);
         std::vector<uint8_t> slice(40000);
