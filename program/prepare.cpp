@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "abi/kernel_call.h"
+#include "base/allowance.h"
 #include "base/clock.h"
-#include "base/cores.h"
 #include "program/build_volume.h"
 #include "program/messages.h"
 #include "program/output_check.h"

@@ -15,7 +15,7 @@
 #include "backends/raster/fraction_average.h"
 #include "backends/raster/fraction_file.h"
 #include "backends/raster/grey_stack.h"
-#include "base/cores.h"
+#include "base/allowance.h"
 #include "base/sample_parts.h"
 #include "program/messages.h"
 #include "program/outputs.h"

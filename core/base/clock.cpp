@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <string>
 
 namespace openfab {
 
@@ -80,52 +79,6 @@ int64_t peak_resident_bytes() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return static_cast<int64_t>(usage.ru_maxrss) * 1024;
-}
-
-namespace {
-
-/// Reads the number of a file, or of its line that begins with `key`; -1 where there is none ("max").
-long long number_in(const std::string& path, const char* key = "") {
-    std::FILE* file = std::fopen(path.c_str(), "r");
-    if (file == nullptr) return -1;
-    const std::string format = std::string(key) + " %lld";
-    char line[256];
-    long long number = -1;
-    while (std::fgets(line, sizeof line, file) != nullptr) {
-        if (std::sscanf(line, format.c_str(), &number) == 1) break;
-    }
-    std::fclose(file);
-    return number;
-}
-
-/// Returns what the control groups of the process leave, or `most`: a group, and those that it is in.
-int64_t left_by_control_groups(int64_t most) {
-    char line[4096];
-    std::FILE* file = std::fopen("/proc/self/cgroup", "r");
-    if (file == nullptr) return most;
-    std::string group;
-    while (std::fgets(line, sizeof line, file) != nullptr) {
-        if (std::strncmp(line, "0::", 3) == 0) group = line + 3;  // of version 2
-    }
-    std::fclose(file);
-    while (!group.empty() && (group.back() == '\n' || group.back() == '/'))
-        group.pop_back();
-    for (;;) {
-        const std::string folder = "/sys/fs/cgroup" + group;
-        const long long limit = number_in(folder + "/memory.max");
-        const long long taken = number_in(folder + "/memory.current");
-        if (limit >= 0 && taken >= 0) most = std::min<int64_t>(most, std::max(limit - taken, 0LL));
-        if (group.empty()) return most;
-        group.resize(group.rfind('/'));
-    }
-}
-
-}  // namespace
-
-int64_t available_memory_bytes() {
-    const long long kilobytes = number_in("/proc/meminfo", "MemAvailable:");
-    if (kilobytes < 0) return 0;
-    return left_by_control_groups(kilobytes * 1024);
 }
 
 }  // namespace openfab

@@ -27,8 +27,4 @@ double thread_processor_seconds();
 int64_t resident_bytes();
 int64_t peak_resident_bytes();
 
-/// Returns the memory that the machine has free for this process, page cache included, within the
-/// limits of its control group; 0 where the system does not tell.
-int64_t available_memory_bytes();
-
 }  // namespace openfab

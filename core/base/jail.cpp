@@ -22,8 +22,8 @@
 #include <new>
 #include <optional>
 
+#include "base/allowance.h"
 #include "base/clean_exit.h"
-#include "base/cores.h"
 #include "base/input_file.h"
 #include "base/jail_walls.h"
 #include "base/messages.h"

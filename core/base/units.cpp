@@ -9,6 +9,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/allowance.h"
 #include "base/messages.h"
 
 namespace openfab {
@@ -89,7 +90,7 @@ std::string format_seconds(double seconds) {
 }
 
 Result<int64_t> parse_memory_option(const std::string& text) {
-    if (text.empty()) return kDefaultMemoryBytes;
+    if (text.empty()) return default_memory_bytes();
     Result<int64_t> bytes = parse_bytes(text);
     if (!bytes) return usage_error(fmt::format(messages::kMemoryOption, bytes.error().text()));
     return bytes;

@@ -13,9 +13,9 @@
 #include <memory>
 #include <string>
 
+#include "base/allowance.h"
 #include "base/clean_exit.h"
 #include "base/command_line.h"
-#include "base/cores.h"
 #include "base/run_main.h"
 #include "base/say.h"
 #include "base/talking_program.h"

@@ -110,6 +110,10 @@ void gather_statistics(const PrintSetup& setup, const SlabLoop& loop,
             s->late_warnings.push_back(std::move(line));
     }
     s->notes = empty_part_notes(setup.input.parts, voxels);
+    if (const auto& asked = setup.options.slices;
+        asked && asked->y != kToTheEnd && asked->y > setup.range.y)
+        s->notes.push_back(
+            fmt::format(messages::kSlicesPastEnd, asked->x, asked->y, setup.range.y));
     s->warnings.insert(s->warnings.end(), s->late_warnings.begin(), s->late_warnings.end());
     s->peak_rss_bytes = peak_resident_bytes();
     s->seconds_first_slice = committer.first_slice();

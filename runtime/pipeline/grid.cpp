@@ -141,8 +141,9 @@ Result<Vec2<int32_t>> slice_range(const part::Grid& grid, const PrintOptions& op
     Vec2<int32_t> range{0, grid.size.z};
     if (options.slices) {
         range = *options.slices;
-        if (range.y == kToTheEnd && range.x < grid.size.z) range.y = grid.size.z;
-        if (range.x < 0 || range.y > grid.size.z || range.x >= range.y) {
+        // The last of equal ranges, as job arrays make them, may reach past the end.
+        if (range.x < std::min(range.y, grid.size.z)) range.y = std::min(range.y, grid.size.z);
+        if (range.x < 0 || range.x >= grid.size.z || range.x >= range.y) {
             return user_error(fmt::format(messages::kSlicesOutside, range.x,
                                           range.y == kToTheEnd ? "" : std::to_string(range.y),
                                           grid.size.z));

@@ -3,7 +3,6 @@
 #include "runtime/pipeline/print_setup.h"
 
 #include <fmt/format.h>
-#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "abi/voxel_hash.h"
+#include "base/allowance.h"
 #include "base/clock.h"
 #include "base/overloaded.h"
 #include "runtime/pipeline/check.h"
@@ -241,7 +241,7 @@ bool is_diced_unmoved(const part::Part& part) {
 
 Result<void> set_up(PrintSetup* p) {
     const double start = seconds_now();
-    p->threads = p->options.threads > 0 ? p->options.threads : tbb::info::default_concurrency();
+    p->threads = p->options.threads > 0 ? p->options.threads : usable_cores();
     p->options.isa = abi::best_isa(p->options.isa);
     if (const Result<void> checked = check_input(p->input, p->options); !checked) return checked;
     const MemoryPlanner planner(

@@ -10,8 +10,8 @@
 #include <filesystem>
 #include <string>
 
+#include "base/allowance.h"
 #include "base/command_line.h"
-#include "base/cores.h"
 #include "base/run_main.h"
 #include "base/say.h"
 #include "base/talking_program.h"

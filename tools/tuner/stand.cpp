@@ -9,8 +9,8 @@
 
 #include "abi/kernel_call.h"
 #include "backends/common/tee_sink.h"
+#include "base/allowance.h"
 #include "base/check.h"
-#include "base/cores.h"
 #include "tools/tuner/messages.h"
 
 namespace openfab::tuner {

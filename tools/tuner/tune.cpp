@@ -12,9 +12,9 @@
 
 #include "abi/kernel_call.h"
 #include "backends/common/output_file.h"
+#include "base/allowance.h"
 #include "base/caret.h"
 #include "base/clock.h"
-#include "base/cores.h"
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/say.h"

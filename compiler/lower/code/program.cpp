@@ -23,8 +23,8 @@
 #include <thread>
 
 #include "abi/kernel_call.h"
+#include "base/allowance.h"
 #include "base/clean_exit.h"
-#include "base/cores.h"
 #include "base/start_program.h"
 #include "compiler/lower/code/abi_header.h"
 

@@ -189,6 +189,27 @@ TEST_F(Merge, PartsOfANumberAreTheWhole) {
     refused({"--slices", ":"}, program::messages::kNotARange);
 }
 
+/// The last of equal ranges ends with the print.
+TEST_F(Merge, RangesOfEqualLengthAreTheWhole) {
+    print("whole.ofr");
+    std::vector<std::string> files{"--whole"};
+    for (int i = 0; i < 3; ++i) {
+        files.push_back(fmt::format("{}.ofr", i));
+        const Outcome outcome =
+            run({test_program("openfab_test_print_4"), path("w.fab.json"), "--voxel", "0.25mm",
+                 "-o", path(files.back()), "--slices", fmt::format("{}:{}", 16 * i, 16 * i + 16)});
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+        const auto past = Says(pipeline::messages::kSlicesPastEnd, 32, 48, 40);
+        if (i == 2) {
+            EXPECT_THAT(outcome.err, past);
+        } else {
+            EXPECT_THAT(outcome.err, ::testing::Not(past));
+        }
+    }
+    ASSERT_EQ(merge(files, "merged.ofr").exit_code, 0);
+    EXPECT_EQ(read_file(path("merged.ofr")), read_file(path("whole.ofr")));
+}
+
 TEST_F(Merge, WhatIsNotOnePrintIsRefused) {
     print("a.ofr", "0:10");
     print("b.ofr", "8:20");

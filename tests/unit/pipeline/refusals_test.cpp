@@ -114,9 +114,9 @@ TEST(PrintRefuses, LayersOfPartsNeedWhatOneNeeds) {
 
 TEST(PrintRefuses, SlicesOutsideThePrint) {
     pipeline::PrintOptions options;
-    options.slices = Vec2<int32_t>{5, 500};
+    options.slices = Vec2<int32_t>{48, 500};
     expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput,
-                   testing::Says(pipeline::messages::kSlicesOutside, 5, 500, 48));
+                   testing::Says(pipeline::messages::kSlicesOutside, 48, 500, 48));
     options.slices = Vec2<int32_t>{5, 5};
     expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput,
                    testing::Says(pipeline::messages::kSlicesOutside, 5, 5));
