@@ -86,7 +86,8 @@ void StatedLight::take(std::string_view keyword, const std::vector<std::string_v
         const std::string name = upper(all);
         const size_t light = name.find("ILLUMINANT"), observer = name.find("OBSERVER");
         if (light != std::string::npos) {
-            const std::string_view text = behind(all, light + std::string_view("ILLUMINANT").size());
+            const std::string_view text =
+                behind(all, light + std::string_view("ILLUMINANT").size());
             take_light(text.substr(0, text.find_first_of(",;")));
         }
         if (observer != std::string::npos) take_observer(std::string_view(all).substr(observer));

@@ -90,19 +90,19 @@ inline int heights(void** args) {
 }
 
 inline const openfab_arg kValueArgs[] = {{OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 0, 0},
-                                  {OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 1, 0},
-                                  {OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 2, 0},
-                                  {OPENFAB_ARG_SHAPE_VALUE, OPENFAB_FLOAT, 0, 0}};
+                                         {OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 1, 0},
+                                         {OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 2, 0},
+                                         {OPENFAB_ARG_SHAPE_VALUE, OPENFAB_FLOAT, 0, 0}};
 inline const openfab_arg kBoundArgs[] = {{OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_FLOAT, 0, 0},
-                                  {OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_FLOAT, 1, 0},
-                                  {OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_FLOAT, 2, 0},
-                                  {OPENFAB_ARG_SHAPE_POINT_HI, OPENFAB_FLOAT, 0, 0},
-                                  {OPENFAB_ARG_SHAPE_POINT_HI, OPENFAB_FLOAT, 1, 0},
-                                  {OPENFAB_ARG_SHAPE_POINT_HI, OPENFAB_FLOAT, 2, 0},
-                                  {OPENFAB_ARG_SHAPE_VALUE_LO, OPENFAB_FLOAT, 0, 0},
-                                  {OPENFAB_ARG_SHAPE_VALUE_HI, OPENFAB_FLOAT, 0, 0}};
+                                         {OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_FLOAT, 1, 0},
+                                         {OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_FLOAT, 2, 0},
+                                         {OPENFAB_ARG_SHAPE_POINT_HI, OPENFAB_FLOAT, 0, 0},
+                                         {OPENFAB_ARG_SHAPE_POINT_HI, OPENFAB_FLOAT, 1, 0},
+                                         {OPENFAB_ARG_SHAPE_POINT_HI, OPENFAB_FLOAT, 2, 0},
+                                         {OPENFAB_ARG_SHAPE_VALUE_LO, OPENFAB_FLOAT, 0, 0},
+                                         {OPENFAB_ARG_SHAPE_VALUE_HI, OPENFAB_FLOAT, 0, 0}};
 inline const openfab_arg kOutputArgs[] = {{OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 2, 0},
-                                   {OPENFAB_ARG_SHAPE_OUT, OPENFAB_FLOAT, 0, 0}};
+                                          {OPENFAB_ARG_SHAPE_OUT, OPENFAB_FLOAT, 0, 0}};
 inline const openfab_varying kOutputs[] = {{"height", "float", OPENFAB_FLOAT, 1, -1, nullptr}};
 
 /// A part whose geometry is a function, in a box of `size`.
