@@ -23,6 +23,8 @@ namespace {
 
 constexpr std::string_view kColorNamespace =
     " xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\"";
+constexpr std::string_view kPrusaNamespace =
+    " xmlns:slic3rpe=\"http://schemas.slic3r.org/3mf/2017/06\"";
 constexpr int64_t kMostIndices = INT32_MAX;  // of vertices and triangles, by the 3MF specification
 constexpr int kMaterialsId = 1;
 constexpr const char* kModel = "3D/3dmodel.model";
@@ -45,14 +47,16 @@ constexpr std::string_view kRelationships =
 </Relationships>
 )";
 
-/// Returns the attribute that paints a whole triangle with a filament, as OrcaSlicer and Bambu Studio read it:
+/// Returns the attributes that paint a whole triangle with a filament, as OrcaSlicer and Bambu Studio read it:
 /// four bits a hexadecimal digit, the last digit first; two bits 0, the triangle is whole; two bits of the filament, where
-/// it is 1 or 2, else 3 and a digit of the filament less 3. PrusaSlicer has another name for the same, which is left out:
-/// it would carry the paint of horizontal triangles into other layers.
-/// Source: PrusaSlicer, TriangleSelector::serialize; OrcaSlicer, Format/bbs_3mf.cpp.
+/// it is 1 or 2, else 3 and a digit of the filament less 3. PrusaSlicer has another name for the same, and reads this one
+/// where its own is missing or empty (since 2.6): its own says that there is no paint, since it would carry that of horizontal
+/// triangles into other layers, and has volumes instead.
+/// Source: PrusaSlicer, TriangleSelector::serialize, Format/3mf.cpp; OrcaSlicer, Format/bbs_3mf.cpp.
 std::string painted_with(size_t filament) {
-    return filament < 3 ? fmt::format(" paint_color=\"{:X}\"", filament << 2)
-                        : fmt::format(" paint_color=\"{:X}C\"", filament - 3);
+    constexpr const char* kUnpainted = " slic3rpe:mmu_segmentation=\"0\"";
+    return filament < 3 ? fmt::format("{} paint_color=\"{:X}\"", kUnpainted, filament << 2)
+                        : fmt::format("{} paint_color=\"{:X}C\"", kUnpainted, filament - 3);
 }
 
 constexpr std::string_view kConfigHead = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<config>\n";
@@ -300,8 +304,10 @@ class ThreemfWriter final : public MeshWriter {
             "<metadata name=\"Title\">{}</metadata>\n"
             "<metadata name=\"Application\">OpenFab</metadata>\n{}"
             "<resources>\n",
-            kind_ == Kind::kColored ? kColorNamespace : "", backends::escape_xml(info_.title),
-            part_of_print());
+            kind_ == Kind::kColored ? kColorNamespace
+            : for_filament_         ? kPrusaNamespace
+                                    : "",
+            backends::escape_xml(info_.title), part_of_print());
         if (kind_ == Kind::kColored) {
             text += fmt::format("<m:colorgroup id=\"{}\">\n", kMaterialsId);
             for (const Rgba color : colors_.colors())

@@ -127,7 +127,8 @@ TEST_F(MeshFiles, A3mfForFilamentsHoldsAllMeshesInOneObject) {
         at = model->find(" p1=", at);
         ASSERT_NE(at, std::string::npos);
         const std::string expected =
-            fmt::format(" p1=\"{}\" paint_color=\"{}\"/>", code - 1, kWritten[code - 1]);
+            fmt::format(" p1=\"{}\" slic3rpe:mmu_segmentation=\"0\" paint_color=\"{}\"/>", code - 1,
+                        kWritten[code - 1]);
         ASSERT_EQ(model->substr(at, expected.size()), expected);
         at += expected.size();
     }
