@@ -12,9 +12,9 @@
 #include <set>
 #include <utility>
 
-#include "base/check.h"
 #include "base/color.h"
 #include "base/input_file.h"
+#include "base/overloaded.h"
 #include "base/own_folder.h"
 #include "base/polar.h"
 #include "base/say.h"
@@ -35,6 +35,19 @@
 namespace openfab::tools {
 
 namespace {
+
+/// Why no function of 3MF is what a geometry is made by; nullptr where there is one.
+const char* why_no_function(const world::Geometry& geometry) {
+    using Beams = std::shared_ptr<const mesh::Beams>;
+    using Program = std::shared_ptr<const world::ProgramRef>;
+    return std::visit(Overloaded{
+                          [](std::monostate /*itself*/) -> const char* { return nullptr; },
+                          [](const Beams&) -> const char* { return nullptr; },
+                          [](const world::StageRef&) -> const char* { return nullptr; },
+                          [](const Program&) -> const char* { return messages::kMadeByProgram; },
+                      },
+                      geometry);
+}
 
 constexpr int64_t kLargestIr = 256'000'000;
 /// Of a stack of images along the longest side of what is printed.
@@ -165,10 +178,9 @@ class FunctionsExport {
             world_, **fablet, bindings_of(object, placement), object.name, object.location);
         if (!bound) return bound.error();
         Shape shape;
-        if (world_.is_made(object.mesh)) {
-            if (world_.program_of(object.mesh) != nullptr) return say_why(messages::kMadeByProgram);
-            const world::StageRef* stage = world_.stage_of(object.mesh);
-            OPENFAB_CHECK(stage != nullptr);
+        if (const char* why = why_no_function(world_.geometry_of(object.mesh)); why != nullptr)
+            return say_why(why);
+        if (const world::StageRef* stage = world_.stage_of(object.mesh); stage != nullptr) {
             const Result<void> found = shape_of(stage->fablet, object, *bound, **fablet, &shape);
             if (!found) return found.error();
             if (shape.fablet->grows) return say_why(messages::kGrowsByRules);
