@@ -79,7 +79,9 @@ void DraftPrint::begin(const WorldReading& reading, const TriedText::Trial& tria
     const SetValues::List values = values_->list();
     const int32_t draft = next_draft();
     {
+        // At once: no state says that this print is done.
         const std::lock_guard lock(mutex_);
+        state_.phase = Phase::kPrinting;
         state_.slices_done = state_.slices_total = 0;
         state_.printed_draft = draft;
         state_.values_edition = values.edition;
