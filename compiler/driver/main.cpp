@@ -249,13 +249,14 @@ int openflc_main(int argc, char** argv) {
     add_passes(app, common, &action);
     add_build(app, common, &action);
     add_run(app, common, &action);
-    // Last, so that the commands above do not inherit it.
-    app.footer(
-        "Examples:\n"
-        "  openflc check postcard.fl\n"
-        "  openflc fmt postcard.fl\n"
-        "  openflc emit --stage slab --as ir postcard.fl\n"
-        "  openflc describe postcard.fl");
+    add_examples(&app,
+                 "  openflc check postcard.fl\n"
+                 "  openflc fmt postcard.fl\n"
+                 "  openflc emit --stage slab --as ir postcard.fl\n"
+                 "  openflc passes postcard.fl -o passes.html\n"
+                 "  openflc describe postcard.fl\n"
+                 "  openflc build postcard.fl -o postcard-print\n"
+                 "  openflc lsp\n");
     int code = kExitDone;
     try {
         if (argc == 1) {

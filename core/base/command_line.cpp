@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -70,6 +71,18 @@ Error command_line_error(const CLI::App& app, const CLI::ParseError& error,
     return wrong_usage(what,
                        fmt::format(messages::kHelpLists, full,
                                    chosen.empty() && !commands.empty() ? "commands" : "options"));
+}
+
+void add_examples(CLI::App* app, const std::string& examples) {
+    for (CLI::App* command : app->get_subcommands([](const CLI::App*) { return true; })) {
+        const std::string call = fmt::format("  {} {} ", app->get_name(), command->get_name());
+        std::string own;
+        std::istringstream lines(examples);
+        for (std::string line; std::getline(lines, line);)
+            own += (line + ' ').starts_with(call) ? line + '\n' : "";
+        if (!own.empty() && command->get_footer().empty()) command->footer("Examples:\n" + own);
+    }
+    app->footer("Examples:\n" + examples);
 }
 
 int run_command_line(CLI::App* app, int argc, const char* const* argv, const std::string& program,

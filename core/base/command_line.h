@@ -22,4 +22,8 @@ Error command_line_error(const CLI::App& app, const CLI::ParseError& error,
 int run_command_line(CLI::App* app, int argc, const char* const* argv, const std::string& program,
                      const std::function<Result<void>()>& run);
 
+/// Puts examples, a line each, below the help of a program, and below that of each of its commands those that call it:
+/// of a program with commands once all are added.
+void add_examples(CLI::App* app, const std::string& examples);
+
 }  // namespace openfab

@@ -165,6 +165,8 @@ def main():
     site.made.add(worlds.write(root, site.pages))
     site.made.update(commands.write(root, programs, site.pages))
     site.copy("world/fab_world.schema.json")
+    for picture in commands.PICTURES.values():
+        site.copy(picture)
     site.index_folders()
     site.gallery()
     for page in sorted(site.documents):

@@ -4,6 +4,27 @@
 import sys
 
 
+# Of commands that a picture says more of than words, from a page that has the commands that make it.
+PICTURES = {
+    "openfab print": "docs/tutorial/knob.png",
+    "openfab split": "docs/pieces.png",
+    "openfab view": "docs/viewer.png",
+    "openfab render": "gallery/peach/peach.png",
+    "openfab text": "docs/how-to/tag.png",
+    "openfab mechanics part": "docs/mechanics-part.png",
+    "openfab mechanics strengthen": "docs/mechanics-strengthen.png",
+}
+
+
+def with_commands_below(command):
+    """A command, and all that stand in it, but for the programs that have a page of their own."""
+    out = [command]
+    for below in command.below:
+        if below.name not in ("openfab-texture", "openfab-color"):
+            out += with_commands_below(below)
+    return out
+
+
 def rows(title, entries):
     out = [f"| {title} | |", "| --- | --- |"]
     for entry in entries:
@@ -26,9 +47,12 @@ def write(root, programs, pages):
     for program in ("openfab", "openflc", "openfab-texture", "openfab-color"):
         top = read(programs, [program])
         page = [f"# {program}", top.summary]
-        for command in [top] + [below for below in top.below if below.name not in ("openfab-texture", "openfab-color")]:
+        for command in with_commands_below(top):
+            words = " ".join(command.words)
             if command is not top:
-                page += [f"## {' '.join(command.words)}", command.summary]
+                page += [f"## {words}", command.summary]
+            if words in PICTURES:
+                page.append(f"![{command.summary}](../{PICTURES[words]})")
             page.append(f"```\n{command.usage}\n```")
             if command.positionals:
                 page.append(rows("argument", command.positionals))

@@ -28,8 +28,8 @@ namespace openfab::mechanics {
 
 namespace {
 
-constexpr const char* kFooter = R"(Examples:
-  openfab mechanics cell gyroid.fl --cell 8mm --polar gyroid.png
+constexpr const char* kExamples =
+    R"(  openfab mechanics cell gyroid.fl --cell 8mm --polar gyroid.png
   openfab mechanics cell gyroid.fl --cell 8mm --sweep thin=0.4:1.6:5 -o table.json
   openfab mechanics part hook.fab.json --case carry --voxel 0.5mm --preview hook.png -o hook.vti
   openfab mechanics conduct sensor.fab.json --case sense --voxel 0.5mm -o sensor.vti
@@ -330,7 +330,7 @@ int mechanics_main(int argc, char** argv) {
     add_stand(app, &action);
     add_strengthen(app, &action);
     add_export(app, &action);
-    app.footer(kFooter);
+    add_examples(&app, kExamples);
     return run_command_line(&app, argc, argv, "openfab mechanics", [&] { return action(); });
 }
 

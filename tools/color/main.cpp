@@ -39,6 +39,16 @@ namespace openfab::color {
 
 namespace {
 
+constexpr const char* kExamples = R"(  openfab color chart -o chart
+  openfab color simulate inks.csv chart/chart.txt -o measured.ti3
+  openfab color read scan.tif chart/chart.txt -o measured.ti3
+  openfab color measurements measured.ti3 -o all.ti3
+  openfab color profile measured.ti3 -o printer.icc --name "my printer"
+  openfab color bake printer.icc -o inks.nrrd --intent perceptual
+  openfab color proof sunset.png inks.nrrd printer.icc -o proof.png
+  openfab color check chart.ofr chart/chart.txt printer.icc -o report.txt
+)";
+
 using backends::write_whole_file;
 
 struct Arguments {
@@ -402,6 +412,7 @@ int color_main(int argc, char** argv) {
     add_bake(app, &action);
     add_proof(app, &action);
     add_check(app, &action);
+    add_examples(&app, kExamples);
     return run_command_line(&app, argc, argv, "openfab color", [&] { return action(); });
 }
 

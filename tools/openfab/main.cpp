@@ -19,8 +19,8 @@ namespace openfab::tools {
 
 namespace {
 
-constexpr const char* kFooter = R"(Examples:
-  openfab print card.fab.json -o slices        compile the world's fablets and print
+constexpr const char* kExamples =
+    R"(  openfab print card.fab.json -o slices        compile the world's fablets and print
   openfab print --help                         all options of a print
   openfab import robot.obj -o robot            a world from a mesh with its pictures
   openfab new soft_toy                         a folder with a fablet and a world
@@ -84,7 +84,7 @@ int tool_main(int argc, char** argv) {
     add_commands(app, &action);
     for (const HelperCommand& command : kHelperCommands)
         app.add_subcommand(command.name, command.what);
-    app.footer(kFooter);  // last, so that the commands above do not inherit it
+    add_examples(&app, kExamples);
     return run_command_line(&app, argc, argv, "openfab", [&] { return action(); });
 }
 

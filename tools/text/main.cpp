@@ -98,6 +98,7 @@ int text_main(int argc, char** argv) {
     app.add_option("--margin", a.margin, "around the picture's text (default: none)")
         ->type_name("LENGTH");
     // The font may be anybody's.
+    add_examples(&app, "  openfab text Ada -o name.obj --size 8mm\n");
     return run_command_line(&app, argc, argv, "openfab text", [&] {
         return tools::guarded(
             kDefaultMemoryBytes, a.font, [&] { return run(a); }, a.output);

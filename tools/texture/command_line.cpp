@@ -70,6 +70,9 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     app.add_option("--energy-window", volume.energy_window,
                    "which energy window of DICOM slices is read");
     app.add_option("--phase", volume.phase, "which phase of DICOM slices is read");
+    add_examples(&app,
+                 "  openfab texture photo.png -o photo.oftx\n"
+                 "  openfab texture scan.nrrd --volume -o scan.oftx\n");
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 
 #include "base/messages.h"
 #include "program/messages.h"
@@ -145,6 +146,24 @@ TEST(Programs, ListTheirCommandsWithoutAWord) {
         EXPECT_EQ(out.exit_code, 0) << name;
         EXPECT_THAT(out.out, HasSubstr("Subcommands:")) << name;
         EXPECT_EQ(out.err, "") << name;
+    }
+}
+
+TEST(Programs, EachCommandHasAnExample) {
+    for (const char* const name : {"openfab", "openflc", "openfab-color", "openfab-mechanics"}) {
+        std::istringstream help(run({program(name), "--help"}).out);
+        bool in = false;
+        int commands = 0;
+        for (std::string line; std::getline(help, line);) {
+            if (!line.starts_with("  ")) in = line == "Subcommands:";
+            if (!in || !line.starts_with("  ") || line[2] == ' ') continue;
+            const std::string command = line.substr(2, line.find(' ', 2) - 2);
+            EXPECT_THAT(run({program(name), command, "--help"}).out,
+                        HasSubstr("Examples:\n  openf"))
+                << name << ' ' << command;
+            ++commands;
+        }
+        EXPECT_GT(commands, 5) << name;
     }
 }
 
