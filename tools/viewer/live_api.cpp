@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <functional>
 #include <string>
+#include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -27,6 +29,7 @@ Answer fine(std::string json = "{}") {
     return {200, "application/json", std::move(json)};
 }
 
+/// Returns the answer of what a Result holds: text is JSON, bytes are a PNG.
 template <typename T>
 Answer answer_of(const Result<T>& result) {
     if (!result)
@@ -34,8 +37,10 @@ Answer answer_of(const Result<T>& result) {
                        result.error().text());
     if constexpr (std::is_void_v<T>) {
         return fine();
-    } else {
+    } else if constexpr (std::is_same_v<T, std::string>) {
         return fine(*result);
+    } else {
+        return {200, "image/png", std::string(result->begin(), result->end())};
     }
 }
 
@@ -82,7 +87,6 @@ class Call {
         fail(400, wrong(name, messages::kNotAWholeNumber));
         return least;
     }
-    int32_t fablet() { return whole("fablet", 0, INT32_MAX); }
     bool truth_or(const char* name, bool otherwise) const {
         const JsonValue* member = member_of(json_, name);
         return member != nullptr && member->is(JsonValue::Kind::kBool) ? member->boolean
@@ -101,14 +105,17 @@ class Call {
         return name == request_.query.end() ? std::string() : name->second;
     }
 
-    /// Answers by what `act` returns, a Result or nothing; or by what is wrong with the values.
+    /// Answers by what `act` returns, a Result, a text or nothing; or by what is wrong with the values.
     template <typename Act>
     Answer answer(const Act& act) {
         if (!query_.failed().empty()) fail(400, query_.failed());
         if (status_ != 0) return refusal(status_, why_);
-        if constexpr (std::is_void_v<decltype(act())>) {
+        using Returned = decltype(act());
+        if constexpr (std::is_void_v<Returned>) {
             act();
             return fine();
+        } else if constexpr (std::is_same_v<Returned, std::string>) {
+            return fine(act());
         } else {
             return answer_of(act());
         }
@@ -132,87 +139,51 @@ class Call {
     std::string why_;
 };
 
-Answer texture(Call& call) {
-    const bool is_volume = call.asked_whole_or("volume", 0, 1) == 1;
-    const std::string name = call.asked_name();
-    std::string png;
-    Answer answer = call.answer([&]() -> Result<void> {
-        const Result<std::vector<uint8_t>> bytes = call.live().texture(name, is_volume);
-        if (!bytes) return bytes.error();
-        png.assign(bytes->begin(), bytes->end());
-        return {};
-    });
-    return png.empty() ? std::move(answer) : Answer{200, "image/png", std::move(png)};
+// What values of a call are read by.
+
+auto text(const char* name) {
+    return [name](Call& call) { return call.text(name); };
+}
+auto value(const char* name) {
+    return [name](Call& call) { return std::cref(call.value(name)); };
+}
+auto whole(const char* name, int32_t most) {
+    return [=](Call& call) { return call.whole(name, 0, most); };
+}
+int32_t fablet(Call& call) {
+    return call.whole("fablet", 0, INT32_MAX);
+}
+int32_t asked_fablet(Call& call) {
+    return call.asked_whole("fablet", INT32_MAX);
+}
+std::string source_text(Call& call) {
+    return call.source_text();
+}
+const JsonValue* action(Call& call) {
+    return &call.value("action");
+}
+const JsonValue* no_action(Call& /*call*/) {
+    return nullptr;
 }
 
-Answer drawn(Call& call, const JsonValue* action) {
-    const int32_t fablet = call.fablet();
-    const std::string text = call.source_text();
-    return call.answer([&] { return call.live().graph(call.method(), fablet, text, action); });
-}
+using Answerer = std::function<Answer(Call&)>;
 
-Answer graph(Call& call) {
-    return drawn(call, nullptr);
+/// Answers by a function of Live, whose arguments are read in this order: the first that is wrong is told.
+template <typename Act, typename... Reads>
+Answerer by(Act act, Reads... reads) {
+    return [=](Call& call) {
+        const std::tuple<decltype(reads(call))...> values{reads(call)...};
+        return call.answer([&] {
+            return std::apply(
+                [&](const auto&... of) { return std::invoke(act, call.live(), of...); }, values);
+        });
+    };
 }
-
-Answer act_on_graph(Call& call) {
-    return drawn(call, &call.value("action"));
-}
-
-Answer look(Call& call) {
-    const int32_t fablet = call.fablet();
-    const std::string text = call.source_text();
-    const JsonValue& action = call.value("action");
-    return call.answer([&] { return call.live().look(fablet, text, action); });
-}
-
-Answer save(Call& call) {
-    const int32_t fablet = call.fablet();
-    const std::string text = call.source_text(), stamp = call.text("stamp");
-    return call.answer([&] { return call.live().save(fablet, text, stamp); });
-}
-
-Answer check(Call& call) {
-    const int32_t fablet = call.fablet();
-    const std::string text = call.source_text();
-    return call.answer([&] { return call.live().check(fablet, text); });
-}
-
-Answer try_value(Call& call) {
-    const int32_t fablet = call.fablet();
-    const std::string text = call.source_text();
-    const std::string name = call.text("name"), uniform = call.text("uniform");
-    const JsonValue& value = call.value("value");
-    return call.answer([&] { return call.live().try_value(fablet, text, name, uniform, value); });
-}
-
-Answer set(Call& call) {
-    const std::string object = call.text("object"), uniform = call.text("uniform");
-    const JsonValue& value = call.value("value");
-    return call.answer([&] { return call.live().set(object, uniform, value); });
-}
-
-Answer keep_places(Call& call) {
-    const int32_t fablet = call.fablet();
-    const JsonValue& places = call.value("places");
-    return call.answer([&] { return call.live().keep_places(fablet, places); });
-}
-
-Answer upload(Call& call) {
-    const int32_t at = call.asked_whole("at", INT32_MAX);
-    const std::string name = call.asked_name();
-    return call.answer([&] { return call.live().files().upload(name, at, call.bytes()); });
-}
-
-Answer use_file(Call& call) {
-    const std::string name = call.text("name"), object = call.text("object");
-    const bool repair = call.truth_or("repair", false);
-    return call.answer([&] { return call.live().use_file(name, object, repair); });
-}
-
-Answer edit_part(Call& call) {
-    const JsonValue& edits = call.value("edits");
-    return call.answer([&] { return call.live().files().edit_part(edits); });
+/// The same by a function of the world's files.
+template <typename Act, typename... Reads>
+Answerer by_files(Act act, Reads... reads) {
+    return by([=](Live& live, const auto&... of) { return std::invoke(act, live.files(), of...); },
+              reads...);
 }
 
 /// How a request is read.
@@ -223,77 +194,63 @@ enum class Reads : uint8_t {
 };
 
 struct Row {
-    const char* path;
+    std::string_view path;
     Reads reads;
-    Answer (*answer)(Call& call);
+    Answerer answer;
 };
 
-constexpr Row kRows[] = {
-    {"/api/live", Reads::kAddress, [](Call& call) { return fine(call.live().details()); }},
-    {"/api/source", Reads::kAddress,
-     [](Call& call) {
-         const int32_t fablet = call.asked_whole("fablet", INT32_MAX);
-         return call.answer([&] { return call.live().source(fablet); });
-     }},
-    {"/api/places", Reads::kAddress,
-     [](Call& call) {
-         const int32_t fablet = call.asked_whole("fablet", INT32_MAX);
-         return call.answer([&] { return call.live().places(fablet); });
-     }},
-    {"/api/texture", Reads::kAddress, texture},
-    {"/api/check", Reads::kJson, check},
-    {"/api/graph", Reads::kJson, graph},
-    {"/api/palette", Reads::kJson, graph},
-    {"/api/edit", Reads::kJson, act_on_graph},
-    {"/api/picture", Reads::kJson, act_on_graph},
-    {"/api/assist", Reads::kJson, act_on_graph},
-    {"/api/look", Reads::kJson, look},
-    {"/api/source", Reads::kJson, save},
-    {"/api/places", Reads::kJson, keep_places},
-    {"/api/set", Reads::kJson, set},
-    {"/api/try", Reads::kJson, try_value},
-    {"/api/untry", Reads::kJson,
-     [](Call& call) { return call.answer([&] { call.live().end_try(); }); }},
-    {"/api/draft", Reads::kJson,
-     [](Call& call) {
-         const int32_t draft = call.whole("draft", 0, kMostDraft);
-         return call.answer([&] { call.live().set_draft(draft); });
-     }},
-    {"/api/revert", Reads::kJson,
-     [](Call& call) { return call.answer([&] { call.live().revert(); }); }},
-    {"/api/write", Reads::kJson,
-     [](Call& call) { return call.answer([&] { return call.live().write(); }); }},
-    {"/api/part", Reads::kJson, edit_part},
-    {"/api/unpart", Reads::kJson,
-     [](Call& call) { return call.answer([&] { return call.live().files().step_part(false); }); }},
-    {"/api/repart", Reads::kJson,
-     [](Call& call) { return call.answer([&] { return call.live().files().step_part(true); }); }},
-    {"/api/upload", Reads::kBytes, upload},
-    {"/api/use", Reads::kJson, use_file},
-    {"/api/template", Reads::kJson,
-     [](Call& call) {
-         const std::string name = call.text("name");
-         return call.answer([&] { return call.live().use_template(name); });
-     }},
-    {"/api/print", Reads::kJson,
-     [](Call& call) { return call.answer([&] { return call.live().begin_full_print(); }); }},
-    {"/api/stop", Reads::kJson,
-     [](Call& call) { return call.answer([&] { call.live().stop_full_print(); }); }},
-    {"/api/show", Reads::kJson,
-     [](Call& call) {
-         const bool full = call.whole("full", 0, 1) == 1;
-         return call.answer([&] { return call.live().show_full_print(full); });
-     }},
-};
+const std::vector<Row>& rows() {
+    const auto name = [](Call& call) { return call.asked_name(); };
+    const auto at = [](Call& call) { return call.asked_whole("at", INT32_MAX); };
+    const auto bytes = [](Call& call) { return std::cref(call.bytes()); };
+    const auto method = [](Call& call) { return call.method(); };
+    const auto is_volume = [](Call& call) { return call.asked_whole_or("volume", 0, 1) == 1; };
+    const auto repair = [](Call& call) { return call.truth_or("repair", false); };
+    const auto step = [](bool forward) { return [=](Call& /*call*/) { return forward; }; };
+    static const std::vector<Row> kRows = {
+        {"live", Reads::kAddress, by(&Live::details)},
+        {"source", Reads::kAddress, by(&Live::source, asked_fablet)},
+        {"places", Reads::kAddress, by(&Live::places, asked_fablet)},
+        {"texture", Reads::kAddress, by(&Live::texture, name, is_volume)},
+        {"check", Reads::kJson, by(&Live::check, fablet, source_text)},
+        {"graph", Reads::kJson, by(&Live::graph, method, fablet, source_text, no_action)},
+        {"palette", Reads::kJson, by(&Live::graph, method, fablet, source_text, no_action)},
+        {"edit", Reads::kJson, by(&Live::graph, method, fablet, source_text, action)},
+        {"picture", Reads::kJson, by(&Live::graph, method, fablet, source_text, action)},
+        {"assist", Reads::kJson, by(&Live::graph, method, fablet, source_text, action)},
+        {"look", Reads::kJson, by(&Live::look, fablet, source_text, value("action"))},
+        {"source", Reads::kJson, by(&Live::save, fablet, source_text, text("stamp"))},
+        {"places", Reads::kJson, by(&Live::keep_places, fablet, value("places"))},
+        {"set", Reads::kJson, by(&Live::set, text("object"), text("uniform"), value("value"))},
+        {"try", Reads::kJson,
+         by(&Live::try_value, fablet, source_text, text("name"), text("uniform"), value("value"))},
+        {"untry", Reads::kJson, by(&Live::end_try)},
+        {"draft", Reads::kJson, by(&Live::set_draft, whole("draft", kMostDraft))},
+        {"revert", Reads::kJson, by(&Live::revert)},
+        {"write", Reads::kJson, by(&Live::write)},
+        {"part", Reads::kJson, by_files(&WorldFiles::edit_part, value("edits"))},
+        {"unpart", Reads::kJson, by_files(&WorldFiles::step_part, step(false))},
+        {"repart", Reads::kJson, by_files(&WorldFiles::step_part, step(true))},
+        {"upload", Reads::kBytes, by_files(&WorldFiles::upload, name, at, bytes)},
+        {"use", Reads::kJson, by(&Live::use_file, text("name"), text("object"), repair)},
+        {"template", Reads::kJson, by(&Live::use_template, text("name"))},
+        {"print", Reads::kJson, by(&Live::begin_full_print)},
+        {"stop", Reads::kJson, by(&Live::stop_full_print)},
+        {"show", Reads::kJson, by(&Live::show_full_print, whole("full", 1))},
+    };
+    return kRows;
+}
 
 }  // namespace
 
 std::optional<Answer> answer_on_world(Live* live, const Request& request) {
-    const auto* row = std::find_if(std::begin(kRows), std::end(kRows), [&](const Row& candidate) {
-        return request.path == candidate.path &&
+    constexpr std::string_view kBegin = "/api/";
+    if (!request.path.starts_with(kBegin)) return {};
+    const auto row = std::find_if(rows().begin(), rows().end(), [&](const Row& candidate) {
+        return request.path.substr(kBegin.size()) == candidate.path &&
                request.post == (candidate.reads != Reads::kAddress);
     });
-    if (row == std::end(kRows)) return {};
+    if (row == rows().end()) return {};
     if (live == nullptr) return refusal(404, messages::kAPrintNotAWorld);
     if (request.post && !live->watches()) return refusal(403, messages::kWorldOnlyLookedAt);
     Call call(live, request);
