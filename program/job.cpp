@@ -68,7 +68,7 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
     const Result<const backends::Format*> format = choose_format(options, *printer);
     if (!format) return format.error();
     if (Result<void> fine = check_mesh_pitch(options, *format); !fine) return fine.error();
-    if (has_mesh_colors(*format, *printer))
+    if (has_mesh_colors(*format, *printer) && !(*format)->needs_mixtures)
         notes->push_back(fmt::format(messages::kColorsOfMixtures, printer->name));
     if (has_mesh_pitch(options, *printer, *format)) {
         if (!options.mesh_pitch_mm && !pitch_is_given(options)) {

@@ -146,7 +146,8 @@ Result<const Format*> name_format(const OutputOptions& options, const world::Pri
 }  // namespace
 
 bool has_mesh_colors(const Format* format, const world::Printer& printer) {
-    return printer.mesh_colors && format != nullptr && format->mixture_bytes_per_column != nullptr;
+    return format != nullptr && format->mixture_bytes_per_column != nullptr &&
+           (printer.mesh_colors || format->needs_mixtures);
 }
 
 bool is_mesh_format(const Format* format) {

@@ -21,7 +21,8 @@ struct GridOptions;
 /// Returns whether the format is one of boundary meshes; false for null.
 bool is_mesh_format(const backends::Format* format);
 
-/// Returns whether a print in the format has the colours of mixtures on its faces, which the machine takes.
+/// Returns whether a print in the format has its mixtures: their colours on its faces, which the machine takes, or filaments that
+/// a slicer mixes.
 bool has_mesh_colors(const backends::Format* format, const world::Printer& printer);
 
 /// Returns the note for mixtures that the meshes of an output do not have; empty where none were lost, or

@@ -7,6 +7,7 @@
 #include "backends/boundary/colored_sink.h"
 #include "backends/boundary/mesh_sink.h"
 #include "backends/boundary/messages.h"
+#include "backends/boundary/mixed_sink.h"
 #include "backends/boundary/position_index.h"
 
 namespace openfab::boundary {
@@ -25,6 +26,14 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_threemf(
     if (settings.mixtures == nullptr) return open<make_threemf_writer>(settings);
     return std::unique_ptr<pipeline::SliceSink>(
         std::make_unique<ColoredSink>(settings.path, settings.mixtures));
+}
+
+/// Finished prints have one material a voxel.
+Result<std::unique_ptr<pipeline::SliceSink>> open_mixed(const backends::OutputSettings& settings) {
+    if (settings.mixtures == nullptr)
+        return user_error(messages::kNoMixtures, messages::kNoMixturesHelp);
+    return std::unique_ptr<pipeline::SliceSink>(
+        std::make_unique<MixedSink>(settings.path, settings.mixtures));
 }
 
 std::vector<backends::FormatFile> stl_files(const std::string& path,
@@ -79,6 +88,19 @@ const backends::Format kFilamentFormat{
     .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
     .files = backends::one_renamed_file,
     .open = open<make_filament_writer>,
+};
+
+const backends::Format kMixedFormat{
+    .name = "filament-mixed",
+    .extension = ".3mf",
+    .kind = backends::FormatKind::kMesh,
+    .not_resumed = messages::kMeshNotResumed,
+    .ended_early = messages::kEndedEarly,
+    .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
+    .files = backends::one_renamed_file,
+    .open = open_mixed,
+    .mixture_bytes_per_column = mixed_bytes_per_column,
+    .needs_mixtures = true,
 };
 
 const backends::Format kStlFormat{

@@ -74,6 +74,13 @@ constexpr size_t kMostFilaments = 15;
 /// than kMostFilaments materials.
 std::unique_ptr<MeshWriter> make_filament_writer(const std::filesystem::path& path);
 
+class FilamentMixtures;
+
+/// Same for filaments and their mixtures, which are known when the mesh ends: info.materials are kMostFilaments, of which those
+/// that `mixtures` has then are used.
+std::unique_ptr<MeshWriter> make_mixed_writer(const std::filesystem::path& path,
+                                              const FilamentMixtures* mixtures);
+
 /// Returns the file of a material's mesh: `stem_material.stl`, with unsafe characters replaced;
 /// `material` is its index in info.materials. All are different.
 std::filesystem::path stl_path(const std::filesystem::path& path, const pipeline::PrintInfo& info,

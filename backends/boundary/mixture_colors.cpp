@@ -57,38 +57,4 @@ Rgba MixtureColors::of(std::span<const float> fractions) const {
                   static_cast<uint32_t>(std::min(alpha, 1.0) * 255 + 0.5));
 }
 
-Result<void> ColorPlanes::begin(const pipeline::PrintInfo& info, int32_t materials) {
-    info_ = info;
-    materials_ = static_cast<size_t>(materials);
-    colors_.assign(1, MixtureColors(info.materials));
-    return {};
-}
-
-void ColorPlanes::write(int32_t z, int32_t y, int32_t first_x, std::span<const float> fractions) {
-    if (std::all_of(fractions.begin(), fractions.end(), [](float f) { return !(f > 0); })) return;
-    const auto width = static_cast<size_t>(info_.size.x);
-    Rgba* to = nullptr;
-    {
-        const std::lock_guard lock(mutex_);
-        std::vector<Rgba>& plane = planes_[z];
-        if (plane.empty()) plane.resize(width * static_cast<size_t>(info_.size.y));
-        to = plane.data() + static_cast<size_t>(y) * width + static_cast<size_t>(first_x);
-    }
-    std::span<const float> last;
-    Rgba color = 0;
-    for (size_t at = 0; at + materials_ <= fractions.size(); at += materials_) {
-        const std::span<const float> voxel = fractions.subspan(at, materials_);
-        if (last.empty() || !std::equal(voxel.begin(), voxel.end(), last.begin()))
-            color = colors_.front().of(voxel);
-        *to++ = color;
-        last = voxel;
-    }
-}
-
-std::vector<Rgba> ColorPlanes::take(int32_t z) {
-    const std::lock_guard lock(mutex_);
-    auto node = planes_.extract(z);
-    return node.empty() ? std::vector<Rgba>() : std::move(node.mapped());
-}
-
 }  // namespace openfab::boundary

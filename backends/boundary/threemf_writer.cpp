@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "backends/boundary/color_table.h"
+#include "backends/boundary/filament_mixtures.h"
 #include "backends/boundary/mesh_sink.h"
 #include "backends/boundary/messages.h"
 #include "backends/boundary/position_index.h"
@@ -76,8 +77,11 @@ enum class Kind : uint8_t { kEach, kApart, kFilament, kColored };
 
 class ThreemfWriter final : public MeshWriter {
   public:
-    ThreemfWriter(std::filesystem::path path, Kind kind)
-        : path_(std::move(path)), kind_(kind), for_filament_(kind == Kind::kFilament) {}
+    ThreemfWriter(std::filesystem::path path, Kind kind, const FilamentMixtures* mixtures = nullptr)
+        : path_(std::move(path)),
+          kind_(kind),
+          for_filament_(kind == Kind::kFilament),
+          mixtures_(mixtures) {}
 
     bool numbers_together() const override { return for_filament_; }
     bool identifies_by_position() const override { return kind_ == Kind::kApart; }
@@ -123,8 +127,10 @@ class ThreemfWriter final : public MeshWriter {
         }
         if (kind_ == Kind::kApart) return take_apart(&mesh, triangles);
         text_.clear();
-        const std::string paint =
-            for_filament_ ? fmt::format(" p1=\"{}\"{}", code - 1, painted_with(code)) : "";
+        const std::string paint = for_filament_
+                                      ? fmt::format(" p1=\"{}\"{}", code - 1,
+                                                    mixtures_ == nullptr ? painted_with(code) : "")
+                                      : "";
         for (const MeshTriangle& t : triangles) {
             if (kind_ == Kind::kColored) {
                 put_triangle(t[0].vertex, t[1].vertex, t[2].vertex,
@@ -137,6 +143,10 @@ class ThreemfWriter final : public MeshWriter {
     }
 
     Result<void> end(const pipeline::PrintTotals&) override {
+        if (mixtures_ != nullptr) {
+            info_.materials = mixtures_->all();
+            meshes_.resize(info_.materials.size());
+        }
         int64_t bytes = kGlueBytes + kColorBytes * static_cast<int64_t>(colors_.colors().size());
         bool any = false;
         const auto end_one = [&](backends::DeflateSpool* spool) -> Result<void> {
@@ -158,12 +168,19 @@ class ThreemfWriter final : public MeshWriter {
         Result<std::unique_ptr<backends::Package>> package = backends::Package::create(*file);
         if (!package) return package.error();
         package_ = std::move(*package);
-        Result<void> done = package_->add("[Content_Types].xml", kContentTypes);
+        const std::string mixed = mixtures_ != nullptr ? mixtures_->json() : "";
+        std::string types(kContentTypes);
+        if (!mixed.empty())
+            types.insert(types.find("  <Default"),
+                         "  <Default Extension=\"json\" ContentType=\"application/json\"/>\n");
+        Result<void> done = package_->add("[Content_Types].xml", types);
         if (done) done = package_->add("_rels/.rels", kRelationships);
         if (done && kind_ != Kind::kColored) {
             done = for_filament_ ? package_->add("Metadata/Slic3r_PE_model.config", volumes())
                                  : package_->add("Metadata/model_settings.config", parts());
         }
+        if (done && !mixed.empty())
+            done = package_->add("Metadata/Prusa_Slicer_full_spectrum.json", mixed);
         if (done) done = package_->begin_packed(kModel, bytes);
         if (done) done = write_model();
         if (done) done = package_->end_packed(sum_);
@@ -377,6 +394,7 @@ class ThreemfWriter final : public MeshWriter {
     std::filesystem::path path_;
     Kind kind_;
     bool for_filament_;
+    const FilamentMixtures* mixtures_;  ///< null: there are none
     pipeline::PrintInfo info_;
     Coordinates coordinates_;
     std::vector<Mesh> meshes_;  ///< by material; for filament, their triangles
@@ -404,6 +422,11 @@ std::unique_ptr<MeshWriter> make_colored_writer(const std::filesystem::path& pat
 
 std::unique_ptr<MeshWriter> make_filament_writer(const std::filesystem::path& path) {
     return std::make_unique<ThreemfWriter>(path, Kind::kFilament);
+}
+
+std::unique_ptr<MeshWriter> make_mixed_writer(const std::filesystem::path& path,
+                                              const FilamentMixtures* mixtures) {
+    return std::make_unique<ThreemfWriter>(path, Kind::kFilament, mixtures);
 }
 
 }  // namespace openfab::boundary

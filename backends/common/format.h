@@ -67,6 +67,8 @@ struct Format {
     /// Of a format that has the colours of mixtures: the memory of these, likewise, with so many slices in
     /// flight; null: it has none.
     int64_t (*mixture_bytes_per_column)(int32_t slices) = nullptr;
+    bool needs_mixtures =
+        false;  ///< for every printer, not only for those that take a mesh's colours
     /// Encodes a slice as the sink does; null where the output is not made slice by slice.
     std::vector<uint8_t> (*encode)(const pipeline::SliceView& slice,
                                    const pipeline::PrintInfo& info,

@@ -22,7 +22,7 @@ constexpr std::array kFormats{
     &gcvf::kGcvfFormat,        &raster::kGreyFormat,    &raster::kGrey16Format,
     &raster::kTiffFormat,      &raster::kTiff16Format,  &raster::kNpyFormat,
     &boundary::kThreemfFormat, &boundary::kApartFormat, &boundary::kFilamentFormat,
-    &boundary::kStlFormat,
+    &boundary::kMixedFormat,   &boundary::kStlFormat,
 };
 
 }  // namespace

@@ -161,6 +161,7 @@ std::vector<Column> output_columns() {
         {"preview", "a picture of it", {}, preview, {"--preview", "export"}},
     };
     for (const backends::Format* format : backends::formats()) {
+        if (format->needs_mixtures) continue;  // has no codes to compare, see elsewhere.cpp
         const std::string name(format->name);
         Column column{"as " + name,
                       "as `" + name + "`",

@@ -34,6 +34,7 @@ constexpr Elsewhere kElsewhere[] = {
     {"--png", "how pictures are written"},
     {"--grey-material", "which material pictures show"},
     {"--flip-x", "mirrors slices, whatever made them"},
+    {"filament-mixed", "mixtures: mixed_mesh_test reads them back"},
     {"--fractions", "mixtures: print_fractions_test"},
     {"--sampling", "mixtures: print_fractions_test"},
     {"--fractions-supersample", "mixtures: print_fractions_test"},

@@ -422,15 +422,24 @@ class ThreemfReader {
         return mesh_.group_index(group);
     }
 
-    /// A triangle's own properties count first, then its paint, those of the object, the extruder.
+    /// A triangle's own properties count first, then its paint, those of the object, the extruder. A filament that the slicer
+    /// mixes counts before: it prints that, whatever else the file says for other programs.
     ThreemfFace face_of(ThreemfPart* in, const ThreemfObject& object, const ThreemfTriangle& t,
                         int32_t filament, int32_t extruder) {
+        if (is_mixed(filament > 0 ? filament : extruder))
+            return {.look = filament_look(filament, extruder)};
         const bool own = t.properties[0] >= 0;
         const int64_t group = own && t.group >= 0 ? t.group : object.group;
         if (group < 0 || (!own && filament > 0)) return {.look = filament_look(filament, extruder)};
         std::array<int64_t, 3> picks = t.properties;
         if (!own) picks.fill(object.property);
         return looks_.face(in, object, group, picks);
+    }
+
+    bool is_mixed(int32_t filament) const {
+        const auto at = static_cast<size_t>(filament);
+        return at > 0 && at <= project_.filaments.size() &&
+               !project_.filaments[at - 1].mixture.empty();
     }
 
     int32_t filament_look(int32_t filament, int32_t extruder) {

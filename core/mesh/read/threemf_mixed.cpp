@@ -174,6 +174,9 @@ void mix_extruders(const JsonValue& spectrum, std::string_view place,
             if (filaments->size() < id) filaments->resize(id);
             ThreemfFilament& filament = (*filaments)[id - 1];
             if (!filament.color) filament.color = color(one);
+            // Ours have one.
+            const JsonMember* name = one.find("name");
+            if (name != nullptr && filament.name.empty()) filament.name = name->value.text;
         }
     }
     const JsonMember* extruders = spectrum.find("virtual_extruders");

@@ -8,10 +8,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "backends/formats/formats.h"
 #include "base/messages.h"
 #include "mesh/load/load_mesh.h"
+#include "mesh/read/threemf.h"
 #include "program/messages.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/places/places.h"
@@ -100,6 +102,18 @@ TEST_F(Printers, PrintInEachFormatOfTheirFrontEnds) {
     }
 }
 
+/// Two parts of yellow and one of magenta, in quarters.
+void expect_mixture(const std::string& file) {
+    const Result<mesh::MeshSource> source = mesh::parse_threemf(read_file(file), file);
+    ASSERT_TRUE(source) << source.error().text();
+    std::map<std::string, double> shares;
+    for (const mesh::Look& look : source->looks) {
+        for (const auto& [part, share] : look.mixture)
+            shares[source->looks[static_cast<size_t>(part)].name] = share;
+    }
+    EXPECT_EQ(shares, (std::map<std::string, double>{{"magenta", 0.25}, {"yellow", 0.75}}));
+}
+
 /// What the reader of a file sees is what the fablet asks for, or it is told. A body of two parts of yellow and one
 /// of magenta is orange: slices have both inks, a coloured mesh has the colour, and other meshes say what is lost.
 TEST_F(Printers, HaveTheMixtureOrTellInEachFormat) {
@@ -147,6 +161,11 @@ TEST_F(Printers, HaveTheMixtureOrTellInEachFormat) {
                 EXPECT_FALSE(told) << outcome.err;
                 // Both inks have their share of the block's 0.24 mm3.
                 EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("magenta 0 ml")));
+                continue;
+            }
+            if (format->needs_mixtures) {
+                EXPECT_FALSE(told) << outcome.err;
+                expect_mixture(out);
                 continue;
             }
             if (!printer->mesh_colors || format->name != "3mf") {
