@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/large_pages.h"
 #include "base/messages.h"
 #include "base/system_reason.h"
 #include "base/units.h"
@@ -135,7 +136,10 @@ Result<std::string> InputFile::read_all(int64_t most) const {
     };
     if (bytes_ > most) return too_large();
     // Some file systems do not know sizes, and files grow: the end is where reading ends.
-    std::string text(static_cast<size_t>(bytes_) + 1, '\0');
+    std::string text;
+    text.reserve(static_cast<size_t>(bytes_) + 1);
+    advise_large_pages(text.data(), text.capacity());
+    text.resize(static_cast<size_t>(bytes_) + 1);
     size_t used = 0;
     for (;;) {
         const Result<size_t> got =

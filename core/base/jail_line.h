@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/large_pages.h"
 #include "base/result.h"
 #include "base/source_location.h"
 
@@ -113,7 +114,7 @@ void pass(JailLine* line, std::vector<T>* values) {
         constexpr size_t kPart = std::max<size_t>(1, (1 << 18) / sizeof(T));
         if (!line->sends()) {
             values->clear();
-            values->reserve(count);
+            reserve_large(values, count);
         }
         for (size_t at = 0; at < count && line->fine(); at += kPart) {
             const size_t part = std::min(kPart, count - at);

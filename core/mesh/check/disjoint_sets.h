@@ -9,11 +9,15 @@
 #include <numeric>
 #include <vector>
 
+#include "base/large_pages.h"
+
 namespace openfab::mesh {
 
 class DisjointSets {
   public:
-    explicit DisjointSets(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+    explicit DisjointSets(size_t n) : parent_(large_vector<int32_t>(n)) {
+        std::iota(parent_.begin(), parent_.end(), 0);
+    }
 
     size_t size() const { return parent_.size(); }
     /// Returns the lowest number of the set that contains `i`.

@@ -5,12 +5,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <ranges>
 #include <tuple>
 
 #include "base/check.h"
 #include "base/keyed_hash.h"
+#include "base/large_pages.h"
 #include "mesh/check/mesh_edges.h"
 #include "mesh/check/mesh_repair.h"
 #include "mesh/check/mesh_shells.h"
@@ -30,7 +32,7 @@ double six_volumes(const Mesh& mesh, const std::array<int32_t, 3>& t) {
 
 /// Drops unused vertices and renumbers the others in order.
 void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
-    std::vector<int32_t> number(mesh->positions.size(), -1);
+    std::vector<int32_t> number = large_vector<int32_t>(mesh->positions.size(), -1);
     for (auto& triangle : mesh->triangles) {
         for (int32_t& v : triangle) {
             v = same_as.empty() ? v : same_as[v];
@@ -38,7 +40,7 @@ void renumber(Mesh* mesh, const std::vector<int32_t>& same_as) {
         }
     }
     std::vector<Vec3d> kept;
-    kept.reserve(static_cast<size_t>(std::count(number.begin(), number.end(), 0)));
+    reserve_large(&kept, static_cast<size_t>(std::count(number.begin(), number.end(), 0)));
     for (size_t v = 0; v < number.size(); ++v) {
         if (number[v] < 0) continue;
         number[v] = static_cast<int32_t>(kept.size());
@@ -64,11 +66,26 @@ std::vector<int32_t> lowest_equal(const std::vector<Vec3d>& positions,
         return static_cast<size_t>(h);
     };
     // A table with open addressing, never more than half full; vertices come in order.
-    const size_t mask = std::bit_ceil(2 * positions.size() + 1) - 1;
-    std::vector<int32_t> table(mask + 1, -1);
-    std::vector<int32_t> lowest(positions.size());
-    for (size_t v = 0; v < positions.size(); ++v) {
-        size_t slot = hash(v) & mask;
+    const size_t count = positions.size();
+    const size_t mask = std::bit_ceil(2 * count + 1) - 1;
+    std::vector<int32_t> table = large_vector<int32_t>(mask + 1, -1);
+    std::vector<int32_t> lowest = large_vector<int32_t>(count);
+    // Slots of the next vertices are on their way from memory meanwhile.
+    constexpr size_t kAhead = 16;
+    std::array<size_t, kAhead> slots{};
+    const auto look_ahead = [&](size_t v) {
+        slots[v % kAhead] = hash(v) & mask;
+        __builtin_prefetch(&table[slots[v % kAhead]], 1);
+    };
+    for (size_t v = 0; v < std::min(kAhead, count); ++v)
+        look_ahead(v);
+    for (size_t v = 0; v < count; ++v) {
+        size_t slot = slots[v % kAhead];
+        if (v + kAhead < count) look_ahead(v + kAhead);
+        if (v + kAhead / 2 < count) {
+            const int32_t soon = table[slots[(v + kAhead / 2) % kAhead]];
+            if (soon >= 0) __builtin_prefetch(&positions[soon]);
+        }
         const auto other = [&] { return static_cast<size_t>(table[slot]); };
         while (table[slot] >= 0 &&
                !(positions[other()] == positions[v] && part(other()) == part(v)))
@@ -311,10 +328,9 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     }
     std::vector<Edge> edges = sorted_edges(*mesh);
     const EdgeCounts as_read = count_edges(*mesh, edges);
-    // Corners that were joined may be equal only now, in millimetres.
-    const std::vector<int32_t> lowest = as_read.fine() && !source->corners_joined
-                                            ? std::vector<int32_t>()
-                                            : lowest_equal(mesh->positions, source->part_of_vertex);
+    const bool look = source->corners_joined ? !source->corners_apart : !as_read.fine();
+    const std::vector<int32_t> lowest =
+        look ? lowest_equal(mesh->positions, source->part_of_vertex) : std::vector<int32_t>();
     const bool joins =
         !std::ranges::equal(lowest, std::views::iota(0, static_cast<int32_t>(lowest.size())));
     renumber(mesh, lowest);

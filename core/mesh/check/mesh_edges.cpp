@@ -7,6 +7,8 @@
 
 #include <algorithm>
 
+#include "base/large_pages.h"
+
 namespace openfab::mesh {
 
 // Counting sort by the lower end, which few edges share; sorting all edges at once takes ten times
@@ -23,7 +25,7 @@ std::vector<Edge> sorted_edges(const Mesh& mesh) {
     }
     for (size_t v = 0; v < vertices; ++v)
         end[v + 1] += end[v];
-    std::vector<Edge> edges(mesh.triangles.size() * 3);
+    std::vector<Edge> edges = large_vector<Edge>(mesh.triangles.size() * 3);
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
         for (size_t i = 0; i < 3; ++i) {
             const int32_t from = mesh.triangles[t][i];

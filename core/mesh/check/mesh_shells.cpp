@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 
+#include "base/large_pages.h"
 #include "mesh/check/disjoint_sets.h"
 #include "mesh/check/nesting.h"
 #include "mesh/check/triangle_tree.h"
@@ -32,7 +33,7 @@ std::vector<int32_t> find_shells(size_t triangles, const std::vector<Edge>& edge
         for (const Edge* e = first + 1; e < last; ++e)
             shells.join(first->triangle, e->triangle);
     });
-    std::vector<int32_t> shell_of(triangles);
+    std::vector<int32_t> shell_of = large_vector<int32_t>(triangles);
     for (size_t t = 0; t < triangles; ++t)
         shell_of[t] = shells.find(static_cast<int32_t>(t));
     return shell_of;
@@ -72,7 +73,7 @@ struct Shell {
 /// Empty where that takes too long.
 std::optional<std::vector<Shell>> measure_shells(const Mesh& mesh,
                                                  const std::vector<int32_t>& shell_of) {
-    std::vector<double> volume(shell_of.size());
+    std::vector<double> volume = large_vector<double>(shell_of.size());
     for (size_t t = 0; t < shell_of.size(); ++t) {
         const auto& v = mesh.triangles[t];
         volume[shell_of[t]] += dot(at(mesh, v[0]), cross(at(mesh, v[1]), at(mesh, v[2])));

@@ -84,6 +84,7 @@ Result<LoadedMesh> finish_mesh(MeshSource source, const std::vector<Look>& looks
     out.unit_note = unit.note;
     for (Vec3d& p : source.mesh.positions)
         p = p * unit.mm;
+    source.corners_apart = source.corners_joined && unit.mm == 1 && options.origin_mm == Vec3d{};
     if (options.y_up) stand_up(&source.mesh);
     if (options.origin_mm != Vec3d{}) {
         for (Vec3d& p : source.mesh.positions)

@@ -79,6 +79,7 @@ struct MeshSource {
     std::vector<LeftOut> left_out;
     bool corners_joined =
         false;  ///< by join_corners: the file has no vertices, but three a triangle
+    bool corners_apart = false;  ///< no two are equal: nothing was scaled or moved since
     MeshChecks checks;
 
     /// Tells that something is left out; the same `what` is told once and counted.

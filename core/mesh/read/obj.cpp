@@ -9,6 +9,7 @@
 #include <optional>
 #include <unordered_set>
 
+#include "base/large_pages.h"
 #include "base/own_threads.h"
 #include "base/plain_text.h"
 #include "mesh/model/mesh_memory.h"
@@ -98,14 +99,14 @@ class ObjReader {
         counts.values = static_cast<int64_t>(all.uv * 2 + all.normals * 3);
         counts.attributes = 3;
         if (!fits(counts)) return;
-        mesh_.positions.reserve(all.vertices);
-        uv_.reserve(all.uv * 2);
-        normals_.reserve(all.normals * 3);
-        mesh_.triangles.reserve(all.faces);
-        uv_corners_.reserve(all.faces);
-        normal_corners_.reserve(all.faces);
-        lines_.reserve(all.faces);
-        out_.face_groups.reserve(all.faces);
+        reserve_large(&mesh_.positions, all.vertices);
+        reserve_large(&uv_, all.uv * 2);
+        reserve_large(&normals_, all.normals * 3);
+        reserve_large(&mesh_.triangles, all.faces);
+        reserve_large(&uv_corners_, all.faces);
+        reserve_large(&normal_corners_, all.faces);
+        reserve_large(&lines_, all.faces);
+        reserve_large(&out_.face_groups, all.faces);
     }
 
     template <typename T>
@@ -218,8 +219,8 @@ class ObjReader {
     }
 
     void add_attributes() {
-        add_float("uv", 2, std::move(uv_), std::move(uv_corners_));
-        add_float("n", 3, std::move(normals_), std::move(normal_corners_));
+        if (!uv_.empty()) add_float("uv", 2, std::move(uv_), std::move(uv_corners_));
+        if (!normals_.empty()) add_float("n", 3, std::move(normals_), std::move(normal_corners_));
     }
 
     /// What the looks and the attributes say of each other. The mesh is in out_.

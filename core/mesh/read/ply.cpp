@@ -8,6 +8,7 @@
 #include <array>
 #include <cstring>
 
+#include "base/large_pages.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
 #include "base/text.h"
@@ -226,6 +227,7 @@ class PlyReader {
             return too_large_to_read(file_, 0, static_cast<int64_t>(count * sizeof(Vec3d)),
                                      memory_bytes_);
         }
+        reserve_large(&out_.mesh.positions, count);
         out_.mesh.positions.resize(count);
         for (size_t i = 0; i < count; ++i) {
             float p[3];
@@ -249,7 +251,7 @@ class PlyReader {
         if (from == nullptr || count > kMaxTriangles) return false;
         if (static_cast<int64_t>(count * sizeof(std::array<int32_t, 3>)) > memory_bytes_)
             return false;  // reported by the general path, which checks the memory
-        std::vector<std::array<int32_t, 3>> triangles(count);
+        std::vector<std::array<int32_t, 3>> triangles = large_vector<std::array<int32_t, 3>>(count);
         bool plain = true;
         for (size_t i = 0; i < count && plain; ++i) {
             std::memcpy(triangles[i].data(), from + 13 * i + 1, 12);

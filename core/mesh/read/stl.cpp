@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "base/color.h"
+#include "base/large_pages.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
 #include "base/text.h"
@@ -159,9 +160,9 @@ Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file,
     extra.name = "attribute";
     extra.is_int = true;
     bool any_extra = false;
-    out.mesh.positions.reserve(size_t{count} * 3);
-    out.mesh.triangles.reserve(count);
-    extra.faces.reserve(count);
+    reserve_large(&out.mesh.positions, size_t{count} * 3);
+    reserve_large(&out.mesh.triangles, count);
+    reserve_large(&extra.faces, count);
     for (size_t t = 0; t < count; ++t) {
         const char* facet = bytes.data() + kHeader + t * kFacet;
         float corners[9];

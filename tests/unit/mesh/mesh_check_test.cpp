@@ -233,7 +233,9 @@ TEST(MeshCheck, JoinedCornersGiveTheSameMesh) {
         join_corners(&short_of_memory, 100);
         EXPECT_EQ(short_of_memory.mesh.positions.size(), soup.positions.size());
         const Vec3d shift{random() % 2 == 0 ? 0.0 : 3.0, random() % 2 == 0 ? 0.0 : 7.0, 0};
+        early.corners_apart = i % 3 == 0;  // as without a unit and a shift
         for (MeshSource* source : {&plain, &early}) {
+            if (early.corners_apart) break;
             for (Vec3d& p : source->mesh.positions)
                 p = p * 25.4 - shift;
         }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cstring>
+
 #include "base/messages.h"
 #include "mesh/model/messages.h"
 #include "mesh/read/messages.h"
@@ -95,6 +97,33 @@ TEST(Stl, ReadsAsciiFilesWithSolidsAsGroups) {
     EXPECT_EQ(plain->mesh.find("kind"), nullptr);
     EXPECT_THAT(plain->warnings,
                 ::testing::ElementsAre(::testing::HasSubstr("`groups_attribute` of mesh")));
+}
+
+// What differs by less than a number of millimetres can say is equal once the part is moved.
+TEST(Stl, JoinsCornersThatAMoveMakesEqual) {
+    std::string bytes = binary_stl(testing::cube(10));
+    const float tiny = 1e-30f;
+    size_t raised = 0;
+    for (size_t facet = 0; facet < 6; ++facet) {
+        for (size_t corner = 0; corner < 3; ++corner) {
+            char* const z = bytes.data() + 84 + facet * 50 + 12 + corner * 12 + 8;
+            float value = 0;
+            std::memcpy(&value, z, sizeof value);
+            if (value != 0) continue;
+            std::memcpy(z, &tiny, sizeof tiny);
+            ++raised;
+        }
+    }
+    ASSERT_GT(raised, 0u);
+    const Result<LoadedMesh> apart = parse_bytes(bytes, "a.stl");
+    ASSERT_FALSE(apart);
+    EXPECT_TRUE(testing::says(apart.error().text(), messages::kNotClosed)) << apart.error().text();
+    MeshOptions options;
+    options.origin_mm = {0, 0, -5};
+    const Result<LoadedMesh> moved = parse_bytes(bytes, "a.stl", options);
+    ASSERT_TRUE(moved) << moved.error().text();
+    EXPECT_EQ(moved->mesh.positions.size(), 8u);
+    EXPECT_NEAR(testing::signed_volume(moved->mesh), 1000, 1e-9);
 }
 
 TEST(Stl, NamesWhatIsWrong) {
