@@ -66,10 +66,10 @@ void add_import(CLI::App& app, Action* action) {
         "import", "make a world from a mesh, its colours and its pictures, or from a print");
     auto a = std::make_shared<ImportArguments>();
     command
-        ->add_option(
-            "FILE", a->file,
-            "a mesh: " + mesh::mesh_formats() +
-                "; .step; .wrl; .dcm of segments; or a print: .ofr, .gcvf or a folder of slices")
+        ->add_option("FILE", a->file,
+                     "a mesh: " + mesh::mesh_formats() +
+                         "; .step; .wrl; .usd; .dcm of segments; or a print: .ofr, .gcvf or a "
+                         "folder of slices")
         ->required();
     command->add_option("-o,--output", a->folder, "the folder to make");
     command->add_flag("--list", a->list,

@@ -322,7 +322,9 @@ Error import_materialx(const ImportArguments& arguments) {
     if (name.empty() && !arguments.memory.empty()) name = "--memory";
     if (!name.empty()) return usage_error(fmt::format(messages::kMeansNothingForLooks, name));
     constexpr const char* kRun =
-        "import sys\n"
+        "import os, sys\n"
+        // A stranger's folder may hold modules.
+        "sys.path[:] = [p for p in sys.path if p not in ('', os.getcwd())]\n"
         "try:\n"
         "    from openfab import materialx\n"
         "except ImportError:\n"
@@ -400,6 +402,23 @@ Result<void> import_vrml(ImportArguments arguments) {
     return run_import(std::move(arguments));
 }
 
+/// Makes an OBJ file of the meshes in mm, with their materials and pictures, and goes on with that.
+Result<void> import_usd(ImportArguments arguments) {
+    if (!arguments.unit.empty() || !arguments.up.empty())
+        return usage_error(messages::kUsdSaysUnit);
+    const Result<int64_t> memory = parse_memory_option(arguments.memory);
+    if (!memory) return memory.error();
+    if (const Result<InputFile> opened = InputFile::open(arguments.file); !opened)
+        return with_context(opened.error(),
+                            fmt::format(openfab::messages::kCannotRead, arguments.file));
+    const Result<std::unique_ptr<TemporaryFolder>> scratch = TemporaryFolder::create();
+    if (!scratch) return scratch.error();
+    const fs::path obj = (*scratch)->path() / (fs::path(arguments.file).stem().string() + ".obj");
+    if (Result<void> made = run_usd_reader(arguments.file, obj, *memory); !made) return made;
+    arguments.file = obj.string();
+    return run_import(std::move(arguments));
+}
+
 }  // namespace
 
 Result<void> run_import(ImportArguments arguments) {
@@ -411,6 +430,7 @@ Result<void> run_import(ImportArguments arguments) {
         return usage_error(fmt::format(messages::kUnitIsAWord, unit));
     if (is_step_file(arguments.file)) return import_step(std::move(arguments));
     if (is_vrml_file(arguments.file)) return import_vrml(std::move(arguments));
+    if (is_usd_file(arguments.file)) return import_usd(std::move(arguments));
     const bool is_print = is_print_path(arguments.file);
     if (is_print) {
         std::string_view name = option_of_meshes(arguments);

@@ -339,6 +339,31 @@ std::string pyramid(bool y_up) {
     return text + "f 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
 }
 
+// Modules of the folder are a stranger's: they are neither USD's library nor run.
+TEST_F(OpenfabImport, UsdNeedsItsLibrary) {
+    scratch_.write("a.usda", "#usda 1.0\n");
+    scratch_.write("pxr.py", "open('stranger', 'w')\nraise ImportError\n");
+    scratch_.write("without/pxr.py", "raise ImportError\n");
+    RunOptions options;
+    options.folder = scratch_.path();
+    options.environment = {{"PYTHONPATH", (scratch_ / "without").string()}};
+    const auto import = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), {program("openfab").string(), "import"});
+        return run(words, options);
+    };
+    const Outcome outcome = import({"a.usda", "-o", "world"});
+    EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("pip install usd-core"));
+    EXPECT_FALSE(fs::exists(scratch_ / "stranger"));
+    EXPECT_FALSE(fs::exists(scratch_ / "world"));
+    const Outcome unit = import({"a.usda", "-o", "world", "--unit", "mm"});
+    EXPECT_EQ(unit.exit_code, 2);
+    EXPECT_THAT(unit.err, Says(tools::messages::kUsdSaysUnit));
+    const Outcome missing = import({"b.usdz", "-o", "world"});
+    EXPECT_EQ(missing.exit_code, 1);
+    EXPECT_THAT(missing.err, HasSubstr("b.usdz"));
+}
+
 TEST_F(OpenfabImport, AMeshStaysWhereItLies) {
     fs::create_directories(path("my part"));
     scratch_.write("my part/p (1).obj", read_file(path("block.obj")));

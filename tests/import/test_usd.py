@@ -1,0 +1,230 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""USD files written by USD's own library: places, instances, colours, materials and pictures arrive, in millimetres."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import BLUE, GREEN, RED, TOOL, VOXEL, WHITE, YELLOW, box, like, linear, quad_picture
+from PIL import Image
+
+pxr = pytest.importorskip("pxr")
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdUtils, Vt  # noqa: E402
+
+TYPES = Sdf.ValueTypeNames
+QUADS = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+TOP_FACE = 1
+
+
+@pytest.fixture(autouse=True)
+def this_python(monkeypatch):
+    """The program runs the `python3` on the PATH."""
+    monkeypatch.setenv("PATH", os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"])
+
+
+def stage(path: Path, metres: float = 0.001, up: str = "Z") -> Usd.Stage:
+    out = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageMetersPerUnit(out, metres)
+    UsdGeom.SetStageUpAxis(out, up)
+    return out
+
+
+def cube(of: Usd.Stage, path: str, side: float = 4) -> UsdGeom.Mesh:
+    mesh = UsdGeom.Mesh.Define(of, path)
+    mesh.CreatePointsAttr([tuple(p) for p in box(side)[0]])
+    mesh.CreateFaceVertexCountsAttr([4] * 6)
+    mesh.CreateFaceVertexIndicesAttr([i for q in QUADS for i in q])
+    mesh.CreateSubdivisionSchemeAttr("none")
+    return mesh
+
+
+def move(prim, at) -> None:
+    UsdGeom.Xformable(prim).AddTranslateOp().Set(tuple(map(float, at)))
+
+
+def light(srgb) -> tuple[float, ...]:
+    return tuple(linear(c) for c in srgb)
+
+
+def material(of: Usd.Stage, path: str, color=None) -> tuple[UsdShade.Material, UsdShade.Shader]:
+    made, shader = UsdShade.Material.Define(of, path), UsdShade.Shader.Define(of, path + "/surface")
+    shader.CreateIdAttr("UsdPreviewSurface")
+    made.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+    if color:
+        shader.CreateInput("diffuseColor", TYPES.Color3f).Set(light(color))
+    return made, shader
+
+
+def bind(prim, made: UsdShade.Material) -> None:
+    UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(made)
+
+
+def textured(path: Path) -> None:
+    """A cube with the picture of four squares on its top, by a second set of coordinates, half of it on each side."""
+    of = stage(path)
+    Image.fromarray(quad_picture()).save(path.parent / "four squares.png")
+    mesh = cube(of, "/part")
+    api = UsdGeom.PrimvarsAPI(mesh)
+    api.CreatePrimvar("st", TYPES.TexCoord2fArray, "vertex").Set([(0.1, 0.1)] * 8)
+    api.CreatePrimvar("st1", TYPES.TexCoord2fArray, "vertex").Set([(float(p[0]) / 2, float(p[1])) for p in box(4)[0]])
+    made, shader = material(of, "/looks/photo")
+    picture, reader, turn = (UsdShade.Shader.Define(of, f"/looks/photo/{n}") for n in ("picture", "reader", "turn"))
+    picture.CreateIdAttr("UsdUVTexture")
+    picture.CreateInput("file", TYPES.Asset).Set("./four squares.png")
+    reader.CreateIdAttr("UsdPrimvarReader_float2")
+    reader.CreateInput("varname", TYPES.String).Set("st1")
+    turn.CreateIdAttr("UsdTransform2d")
+    turn.CreateInput("in", TYPES.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
+    turn.CreateInput("scale", TYPES.Float2).Set((0.5, 0.25))
+    picture.CreateInput("st", TYPES.Float2).ConnectToSource(turn.ConnectableAPI(), "result")
+    shader.CreateInput("diffuseColor", TYPES.Color3f).ConnectToSource(picture.ConnectableAPI(), "rgb")
+    bind(mesh, made)
+    of.Save()
+
+
+@pytest.mark.parametrize("kind", ["usda", "usdc", "usdz"])
+def test_pictures(tmp_path, imported, kind):
+    written = tmp_path / f"photo.{'usda' if kind == 'usdz' else kind}"
+    textured(written)
+    if kind == "usdz":
+        assert UsdUtils.CreateNewUsdzPackage(str(written), str(tmp_path / "photo.usdz"))
+        written.unlink()
+        (tmp_path / "four squares.png").unlink()
+    made = imported(tmp_path / f"photo.{kind}")
+    seen = [made.look(x, y, 3.75) for y in (3.25, 0.75) for x in (0.75, 3.25)]
+    assert all(like(a, b) for a, b in zip(seen, (RED, GREEN, BLUE, YELLOW))), seen
+
+
+@pytest.mark.parametrize("metres, up", [(0.01, "Y"), (1, "Z"), (0.0254, "Y")])
+def test_units_and_axes(tmp_path, imported, metres, up):
+    of = stage(tmp_path / "unit.usda", metres, up)
+    scale = 0.001 / metres
+    mesh = cube(of, "/part", 1)
+    UsdGeom.Xformable(mesh).AddScaleOp().Set((2 * scale, 4 * scale, 6 * scale))
+    mesh.CreateDisplayColorPrimvar("constant").Set([light(BLUE)])
+    of.Save()
+    shape = imported(tmp_path / "unit.usda").codes.shape  # z, y, x
+    assert [n * VOXEL for n in shape] == ([4, 6, 2] if up == "Y" else [6, 4, 2])
+
+
+def test_places_and_instances(tmp_path, imported):
+    """Instances of a class, of a list of points, mirrored and turned; what is hidden or stands in is none."""
+    of = stage(tmp_path / "many.usda")
+    made = material(of, "/looks/blue", BLUE)[0]
+    bind(cube(of, "/_kind/part", 2), made)
+    of.GetPrimAtPath("/_kind").SetSpecifier(Sdf.SpecifierClass)
+    for i in range(2):
+        own = UsdGeom.Xform.Define(of, f"/copy{i}")
+        own.GetPrim().GetInherits().AddInherit("/_kind")
+        own.GetPrim().SetInstanceable(True)
+        move(own, (6 * i, 0, 0))
+    many = UsdGeom.PointInstancer.Define(of, "/many")
+    move(many, (0, 6, 0))
+    kind = cube(of, "/many/kinds/part", 2)
+    bind(kind, material(of, "/looks/red", RED)[0])
+    move(kind, (0, 0, 1))
+    many.CreatePrototypesRel().SetTargets(["/many/kinds/part"])
+    many.CreateProtoIndicesAttr([0, 0])
+    many.CreatePositionsAttr([(0, 0, 0), (8, 0, 0)])
+    half = float(np.sqrt(0.5))
+    many.CreateOrientationsAttr([Gf.Quath(1, 0, 0, 0), Gf.Quath(half, 0, 0, half)])  # a quarter turn about z
+    mirrored = cube(of, "/mirrored", 2)
+    bind(mirrored, made)
+    move(mirrored, (14, 0, 0))
+    UsdGeom.Xformable(mirrored).AddScaleOp().Set((-1, 1, 1))
+    UsdGeom.Imageable(cube(of, "/hidden", 9)).MakeInvisible()
+    cube(of, "/proxy", 9).CreatePurposeAttr("proxy")
+    of.Save()
+    made = imported(tmp_path / "many.usda")
+    assert made.keys() == {BLUE: 3 * 64, RED: 2 * 64}
+    for point, color in [((1, 1, 1), BLUE), ((7, 1, 1), BLUE), ((13, 1, 1), BLUE), ((1, 7, 2), RED), ((7, 7, 2), RED)]:
+        assert like(made.look(*point), color), point
+    assert made.look(1, 7, 0.5) is None and made.look(9, 7, 2) is None
+    assert "invisible" in made.told and "/hidden" in made.told
+
+
+def test_materials_of_subsets(tmp_path, imported):
+    of = stage(tmp_path / "two.usda")
+    mesh = cube(of, "/part")
+    bind(mesh, material(of, "/looks/blue", BLUE)[0])
+    subset = UsdShade.MaterialBindingAPI(mesh.GetPrim()).CreateMaterialBindSubset("top", Vt.IntArray([TOP_FACE]))
+    bind(subset, material(of, "/looks/red", RED)[0])
+    move(cube(of, "/bare", 2), (6, 0, 0))
+    of.Save()
+    made = imported(tmp_path / "two.usda")
+    assert like(made.look(2, 2, 3.75), RED) and like(made.look(2, 2, 0.25), BLUE)
+    assert made.look(7, 1, 1) not in (None, RED, BLUE) and "left out" not in made.told
+
+
+@pytest.mark.parametrize("kind", ["uniform", "faceVarying"])
+def test_colors_of_faces(tmp_path, imported, kind):
+    of = stage(tmp_path / "faces.usda")
+    mesh = cube(of, "/part")
+    colors = [light(RED if face == TOP_FACE else BLUE) for face in range(6)]
+    mesh.CreateDisplayColorPrimvar(kind).Set(colors if kind == "uniform" else [c for c in colors for _ in range(4)])
+    of.Save()
+    made = imported(tmp_path / "faces.usda")
+    assert like(made.look(2, 2, 3.75), RED) and like(made.look(2, 2, 0.25), BLUE)
+
+
+def test_left_handed_faces_with_an_index_of_colors(tmp_path, imported):
+    of = stage(tmp_path / "left.usda")
+    mesh = cube(of, "/part")
+    mesh.CreateOrientationAttr("leftHanded")
+    mesh.GetFaceVertexIndicesAttr().Set([i for q in QUADS for i in q[::-1]])
+    colors = mesh.CreateDisplayColorPrimvar("vertex")
+    colors.Set([light(WHITE), light(GREEN)])
+    colors.SetIndices(Vt.IntArray([1] * 8))
+    of.Save()
+    made = imported(tmp_path / "left.usda")
+    assert like(made.look(2, 2, 3.75), GREEN) and like(made.look(2, 2, 0.25), GREEN)
+
+
+def told(*arguments) -> tuple[int, str]:
+    done = subprocess.run([TOOL, *map(str, arguments)], capture_output=True, text=True)
+    return done.returncode, done.stderr
+
+
+def test_what_is_not_read_is_told(tmp_path):
+    of = stage(tmp_path / "round.usda")
+    mesh = cube(of, "/part")
+    mesh.GetSubdivisionSchemeAttr().Set("catmullClark")
+    UsdGeom.Sphere.Define(of, "/ball")
+    made, shader = material(of, "/looks/outside")
+    picture = UsdShade.Shader.Define(of, "/looks/outside/picture")
+    picture.CreateIdAttr("UsdUVTexture")
+    picture.CreateInput("file", TYPES.Asset).Set("../secret.png")
+    shader.CreateInput("diffuseColor", TYPES.Color3f).ConnectToSource(picture.ConnectableAPI(), "rgb")
+    bind(mesh, made)
+    of.Save()
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "round.usda").rename(tmp_path / "inner" / "round.usda")
+    Image.fromarray(quad_picture()).save(tmp_path / "secret.png")
+    code, notes = told("import", tmp_path / "inner" / "round.usda", "-o", tmp_path / "world")
+    assert code == 0, notes
+    assert "catmullClark" in notes and "`Sphere`" in notes and "outside of the file's folder" in notes
+    assert not list((tmp_path / "world").glob("*.png"))
+
+
+@pytest.mark.parametrize(
+    "text, reason",
+    [
+        ('#usda 1.0\ndef Mesh "a" {\n', "Failed to open layer"),
+        ('#usda 1.0\ndef Xform "a" {\n}\n', "no mesh with faces"),
+        (
+            '#usda 1.0\ndef Mesh "a" {\nint[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0, 1, 9]\n'
+            "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}\n",
+            "a face names a vertex that is not there",
+        ),
+    ],
+)
+def test_damaged_files_are_refused(tmp_path, text, reason):
+    (tmp_path / "a.usda").write_text(text)
+    code, notes = told("import", tmp_path / "a.usda", "-o", tmp_path / "world")
+    assert code == 1 and reason in notes and "a.usda" in notes and "/opt/" not in notes, notes
