@@ -101,7 +101,7 @@ Result<void> StillImage::open_input() {
     if (!opened) return not_opened();
     subimage_ = 0;
     if (Result<void> fine = fits(); !fine) return fine;
-    frame();
+    if (Result<void> framed = frame(); !framed) return framed;
     if (stores_inks_) return open_jpeg();
     return format_ == "tiff" ? open_tiff() : Result<void>();
 }
@@ -193,23 +193,28 @@ Result<void> StillImage::go_to(int page) {
     if (!input_->seek_subimage(page, 0)) return trouble(input_->geterror());
     subimage_ = page;
     if (Result<void> fine = fits(); !fine) return fine;
-    frame();
-    return {};
+    return frame();
 }
 
 /// Programs that render crop a picture's data to what is not black, and add channels of their own, such as depth.
-void StillImage::frame() {
+Result<void> StillImage::frame() {
     spec_ = input_->spec();
     picked_.clear();
     left_out_.clear();
-    if (format_ != "openexr") return;
+    if (format_ != "openexr") return {};
     const OIIO::ImageSpec& stored = input_->spec();
     spec_.x = stored.full_x, spec_.y = stored.full_y;
     spec_.width = stored.full_width, spec_.height = stored.full_height;
     constexpr int kMost = 4;
-    if (stored.nchannels <= kMost) return;
-    picked_ = colour_channels(stored);
-    if (picked_.empty()) return;
+    if (stored.nchannels > kMost) picked_ = colour_channels(stored);
+    // Of an object's name light cannot be made.
+    for (int c = 0; c < stored.nchannels; ++c) {
+        const bool taken = picked_.empty() || std::ranges::find(picked_, c) != picked_.end();
+        if (taken && stored.channelformat(c) == OIIO::TypeDesc::UINT32)
+            return user_error(fmt::format(messages::kExrWholeNumbers, stored.channel_name(c)),
+                              messages::kExrWholeNumbersHelp);
+    }
+    if (picked_.empty()) return {};
     spec_.channelnames.clear();
     for (int c = 0; c < stored.nchannels; ++c) {
         const bool taken = std::find(picked_.begin(), picked_.end(), c) != picked_.end();
@@ -220,6 +225,7 @@ void StillImage::frame() {
     spec_.nchannels = static_cast<int>(picked_.size());
     spec_.alpha_channel = picked_.size() == kMost ? kMost - 1 : -1;
     spec_.channelformats.clear();
+    return {};
 }
 
 int StillImage::band_rows() const {

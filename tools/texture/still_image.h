@@ -64,7 +64,7 @@ class StillImage {
     void read_inks();
     bool knows_inks() const;  ///< by their profile
     Result<void> fits() const;
-    void frame();
+    Result<void> frame();
     Result<void> each_stored_row(const std::function<Result<void>(int y, const float* row)>& use);
     int band_rows() const;
     Error not_opened() const;

@@ -341,9 +341,12 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
         std::string_view line = text.substr(0, text.find('\n'));
         text.remove_prefix(std::min(line.size() + 1, text.size()));
         const std::string_view word = take_word(&line);
-        if (word.empty() || word[0] == '#' || word == "TITLE") continue;
+        // OpenColorIO reads them in any case.
+        const bool is_word = !word.empty() && std::isalpha(static_cast<unsigned char>(word[0]));
+        const std::string key = is_word ? lower_ascii(std::string(word)) : std::string();
+        if (word.empty() || word[0] == '#' || key == "title") continue;
         bool fine = true;
-        if (word == "LUT_3D_SIZE") {
+        if (key == "lut_3d_size") {
             std::array<double, 1> size{};
             fine = take_numbers(&line, &size);
             if (fine && !(size[0] >= 2 && size[0] <= kLongestSide))
@@ -352,19 +355,20 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
             // No more than there can be: a number takes two bytes of the text.
             reader->values.reserve(std::min(static_cast<size_t>(3 * n * n * n), bytes->size() / 2));
             fine = fine && size[0] == static_cast<double>(n);
-        } else if (word == "DOMAIN_MIN" || word == "DOMAIN_MAX") {
+        } else if (key == "domain_min" || key == "domain_max") {
             has_domain = true;
-            fine = take_numbers(&line, word == "DOMAIN_MIN" ? &low : &high);
-        } else if (word == "LUT_3D_INPUT_RANGE") {
+            fine = take_numbers(&line, key == "domain_min" ? &low : &high);
+        } else if (key == "lut_3d_input_range") {
             has_range = true;
             std::array<double, 2> range{};
             fine = take_numbers(&line, &range);
             low.fill(range[0]);
             high.fill(range[1]);
-        } else if (word == "LUT_1D_SIZE") {
-            const bool shapes = n > 0 || text.find("LUT_3D_SIZE") != std::string_view::npos;
+        } else if (key == "lut_1d_size") {
+            const bool shapes =
+                n > 0 || lower_ascii(std::string(text)).find("lut_3d_size") != std::string::npos;
             return user_error(shapes ? messages::kLutHasShaper : messages::kLutIs1d);
-        } else if (std::isalpha(static_cast<unsigned char>(word[0]))) {
+        } else if (is_word) {
             return user_error(
                 fmt::format(messages::kLutWord, number, printable(word.substr(0, 40))));
         } else {

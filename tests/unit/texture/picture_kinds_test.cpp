@@ -202,6 +202,30 @@ TEST_F(PictureKinds, TheFrameOfOpenExrIsItsDisplayWindow) {
     }
 }
 
+TEST_F(PictureKinds, WholeNumbersOfOpenExrAreNoLight) {
+    const std::filesystem::path file = folder_.path() / "ids.exr";
+    for (const bool has_colours : {false, true}) {
+        OIIO::ImageSpec spec(1, 1, has_colours ? 5 : 1, OIIO::TypeDesc::FLOAT);
+        spec.channelnames = has_colours ? std::vector<std::string>{"R", "G", "B", "A", "id"}
+                                        : std::vector<std::string>{"Y"};
+        spec.channelformats.assign(spec.channelnames.size(), OIIO::TypeDesc::FLOAT);
+        spec.channelformats.back() = OIIO::TypeDesc::UINT;
+        const auto out = OIIO::ImageOutput::create(file.string());
+        ASSERT_TRUE(out->open(file.string(), spec)) << out->geterror();
+        const std::vector<float> pixel(spec.channelnames.size(), 1.0F);
+        ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixel.data()));
+        out->close();
+        if (has_colours) {
+            EXPECT_EQ(texels_of(file, 4)[0], 1.0F);
+            continue;
+        }
+        const Result<void> made =
+            make_pyramid_file(file, folder_.path() / "ids.oftx", {"auto", false});
+        ASSERT_FALSE(made);
+        EXPECT_TRUE(testing::says(made.error().text(), messages::kExrWholeNumbers));
+    }
+}
+
 TEST_F(PictureKinds, ColourAndDepthOfOpenExrIsThePictureAlone) {
     const auto write = [&](std::vector<std::string> names) {
         const std::filesystem::path file = folder_.path() / "d.exr";

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/text.h"
 #include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
 #include "texture/messages.h"
@@ -205,6 +206,14 @@ std::vector<Feature> features() {
         {"a title and comments", "a.cube", cube("# one\nTITLE \"warm\"\n"), "", kCube},
         {"bounds", "a.cube", cube("DOMAIN_MIN -1 -1 -1\nDOMAIN_MAX 3 3 3\n"), "", kCube},
         {"another table's bounds", "a.cube", cube("LUT_3D_INPUT_RANGE -1.0 3.0\n"), "", kCube},
+        {"small letters",
+         "a.cube",
+         lower_ascii(cube("title \"a\"\ndomain_min -1 -1 -1\nDomain_Max 3 3 3\n")),
+         "",
+         kCube,
+         {-3, -3, -3, 8, 8, 8}},
+        {"a shaper in small letters", "a.cube", lower_ascii("LUT_1D_SIZE 2\n" + cube("")),
+         messages::kLutHasShaper, kRefused},
         {"a word that is not known", "a.cube", cube("DOMAIN_MAXX 3 3 3\n"), messages::kLutWord,
          kRefused},
         {"numbers of video", "a.cube", cube("LUT_IN_VIDEO_RANGE\n"), messages::kLutWord, kRefused},
