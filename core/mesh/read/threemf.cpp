@@ -62,6 +62,7 @@ class ThreemfReader {
                 first.remedy);
         }
         MeshSource source = mesh_.finish(file_, root->model.unit_mm);
+        project_.tell_of_unused_paint(&told_);
         source.left_out = std::move(told_.list());
         return source;
     }
@@ -126,11 +127,10 @@ class ThreemfReader {
 
     /// Gives an object the paint that stands beside the model; returns whether it fits.
     bool annotate(int64_t id, ThreemfObject* object) {
-        const auto it = project_.annotations.find(id);
-        if (it == project_.annotations.end() || it->second.paints.empty()) return true;
-        if (object->triangles.empty() || !object->paints.empty()) return true;
-        object->paints = it->second.paints;
-        object->paint_escapes = it->second.escapes;
+        const ThreemfAnnotation* beside = project_.paint_of(id);
+        if (beside == nullptr || object->triangles.empty() || !object->paints.empty()) return true;
+        object->paints = beside->paints;
+        object->paint_escapes = beside->escapes;
         const auto last = static_cast<size_t>(object->paints.back().first);
         if (last < object->triangles.size()) return true;
         fail(fmt::format(messages::kPaintOfNoTriangle, name_of(*object, id), last));

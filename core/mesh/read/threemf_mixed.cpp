@@ -3,6 +3,7 @@
 #include "mesh/read/threemf_mixed.h"
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -40,7 +41,8 @@ std::string_view item(const JsonValue& settings, std::string_view key, size_t i)
 Shares shares_of(const std::vector<std::string_view>& filaments,
                  const std::vector<std::string_view>& weights) {
     Shares out;
-    const bool weighted = weights.size() == filaments.size() && !weights.front().empty();
+    const bool weighted = !weights.empty() && !weights.front().empty();
+    if (weighted && weights.size() != filaments.size()) return {};
     for (size_t i = 0; i < filaments.size() && i < kMostComponents; ++i) {
         int64_t filament = 0;
         double weight = 1;
@@ -78,6 +80,14 @@ class Mixer {
         filaments_[number - 1].mixture = std::move(shares);
     }
 
+    /// Replaces components that are mixtures by what they are mixed of. Those that are mixed of themselves, or of more
+    /// than there may be, are none.
+    void flatten() {
+        std::vector<Visit> visits(filaments_.size(), Visit::kNone);
+        for (size_t i = 0; i < filaments_.size(); ++i)
+            (void)flatten(i, &visits);
+    }
+
     void tell_gradient() {
         told_.add(messages::kMixedGradients, std::string(place_), messages::kMixedGradientsHelp);
     }
@@ -85,6 +95,38 @@ class Mixer {
     void set_whole(size_t count) { whole_ = count; }
 
   private:
+    enum class Visit : uint8_t { kNone, kBegun, kDone, kFailed };
+
+    /// Whether filament `i`, from 0, is one, or a mixture of such.
+    bool flatten(size_t i, std::vector<Visit>* visits) {
+        Visit& visit = (*visits)[i];
+        if (visit != Visit::kNone) return visit == Visit::kDone;
+        visit = Visit::kBegun;
+        bool fine = true, nested = false;
+        std::map<int32_t, double> sums;
+        Shares& own = filaments_[i].mixture;
+        for (const auto& [filament, weight] : own) {
+            const auto other = static_cast<size_t>(filament - 1);
+            fine = fine && flatten(other, visits);
+            if (!fine) break;
+            const Shares& inner = filaments_[other].mixture;
+            nested = nested || !inner.empty();
+            if (inner.empty()) sums[filament] += weight;
+            for (const auto& [deeper, share] : inner)
+                sums[deeper] += weight * share;
+        }
+        fine = fine && sums.size() <= kMostComponents;
+        if (!fine) {
+            told_.add(messages::kMixtureOfNoFilaments, std::string(place_),
+                      messages::kMixtureOfNoFilamentsHelp);
+            own.clear();
+        } else if (nested) {
+            own.assign(sums.begin(), sums.end());
+        }
+        visit = fine ? Visit::kDone : Visit::kFailed;
+        return fine;
+    }
+
     std::string_view place_;
     std::vector<ThreemfFilament>& filaments_;
     ThreemfTold& told_;
@@ -123,8 +165,12 @@ bool read_row(std::string_view row, Shares* shares, bool* gradient) {
     return true;
 }
 
-bool is_set(std::string_view flag) {
-    return flag == "1" || flag == "true";
+/// A flag of a list of the settings: text in slicers' own files, which scripts write as numbers or truths.
+bool is_set(const JsonValue& settings, std::string_view key, size_t i) {
+    const JsonMember* member = settings.find(key);
+    if (member == nullptr || i >= member->value.items.size()) return false;
+    const JsonValue& flag = member->value.items[i];
+    return flag.boolean || flag.number == 1 || flag.text == "1" || flag.text == "true";
 }
 
 }  // namespace
@@ -134,12 +180,13 @@ void mix_filaments(const JsonValue& settings, std::string_view place,
     Mixer mixer(place, filaments, told);
     const size_t count = filaments->size();
     for (size_t i = 0; i < count; ++i) {
-        if (!is_set(item(settings, "filament_is_mixed", i))) continue;
+        if (!is_set(settings, "filament_is_mixed", i)) continue;
         mixer.mix(i + 1,
                   shares_of(pieces(item(settings, "filament_mixed_components", i), ','),
                             pieces(item(settings, "filament_mixed_sublayer_ratios", i), ',')));
-        if (is_set(item(settings, "filament_mixed_gradient", i))) mixer.tell_gradient();
+        if (is_set(settings, "filament_mixed_gradient", i)) mixer.tell_gradient();
     }
+    mixer.flatten();
     const JsonMember* rows = settings.find("mixed_filament_definitions");
     if (rows == nullptr) return;
     std::string_view text = rows->value.text;
@@ -152,6 +199,7 @@ void mix_filaments(const JsonValue& settings, std::string_view place,
         mixer.mix(next++, std::move(shares));
         if (gradient) mixer.tell_gradient();
     }
+    mixer.flatten();
 }
 
 void mix_extruders(const JsonValue& spectrum, std::string_view place,
@@ -194,6 +242,7 @@ void mix_extruders(const JsonValue& spectrum, std::string_view place,
         }
         mixer.mix(integer(one, "id"), std::move(shares));
     }
+    mixer.flatten();
 }
 
 }  // namespace openfab::mesh

@@ -227,6 +227,18 @@ Settings parse_settings(const JsonValue& json) {
     return out;
 }
 
+constexpr const char* kAnnotations = "Metadata/Slic3r_facets_annotation.json";
+
+/// The number of an object, which scripts write as text, too.
+std::optional<int64_t> object_id(const JsonValue& object) {
+    const JsonMember* id = object.find("id");
+    int64_t number = 0;
+    if (id == nullptr) return {};
+    if (id->value.is(JsonValue::Kind::kNumber)) return id->value.whole();
+    if (!scan_integer(id->value.text, 0, INT32_MAX, &number).empty()) return {};
+    return number;
+}
+
 class ProjectReader {
   public:
     ProjectReader(const ZipFile& zip, const std::string& file, int64_t* memory_bytes,
@@ -310,21 +322,27 @@ class ProjectReader {
 
     /// What PrusaSlicer 3 paints; supports and seams are the slicer's.
     Result<void> read_paint() {
-        constexpr const char* kNames[] = {"Metadata/Slic3r_facets_annotation.json"};
+        constexpr const char* kNames[] = {kAnnotations};
         return first_of(kNames, [&](std::string_view text, const char* name) -> Result<void> {
             const Result<JsonValue> json = parse_json(text, path(name), memory_bytes_);
             if (!json) return json.error();
+            if (!json->is(JsonValue::Kind::kArray))
+                told_.add(messages::kPaintBeside, name, messages::kPaintBesideHelp);
             for (const JsonValue& object : json->items) {
-                const JsonMember* id = object.find("id");
                 const JsonMember* facets = object.find("mmSegmentationFacets");
-                if (id == nullptr || facets == nullptr) continue;
+                if (facets == nullptr) continue;
                 const JsonMember* version = object.find("mmSegmentationFacetsVersion");
                 const double number = version != nullptr ? version->value.number : 1;
                 if (number > 2)
                     return user_error(fmt::format(messages::kPaintOfNewerVersion, path(name)),
                                       messages::kPaintOfNewerVersionHelp);
-                ThreemfAnnotation& out =
-                    project_.annotations[static_cast<int64_t>(id->value.number)];
+                if (facets->value.items.empty()) continue;
+                const std::optional<int64_t> id = object_id(object);
+                if (!id) {
+                    told_.add(messages::kPaintBeside, name, messages::kPaintBesideHelp);
+                    continue;
+                }
+                ThreemfAnnotation& out = project_.annotations[*id];
                 out.escapes = number == 2;
                 if (Result<void> done = read_facets(facets->value, path(name), &out.paints); !done)
                     return done;
@@ -392,6 +410,20 @@ class ProjectReader {
 };
 
 }  // namespace
+
+const ThreemfAnnotation* ThreemfProject::paint_of(int64_t object) {
+    const auto it = annotations.find(object);
+    if (it == annotations.end()) return nullptr;
+    it->second.used = true;
+    return it->second.paints.empty() ? nullptr : &it->second;
+}
+
+void ThreemfProject::tell_of_unused_paint(ThreemfTold* told) const {
+    for (const auto& [object, paint] : annotations) {
+        if (!paint.used && !paint.paints.empty())
+            told->add(messages::kPaintBeside, kAnnotations, messages::kPaintBesideHelp);
+    }
+}
 
 bool ThreemfProjectObject::has_ranges() const {
     return std::any_of(volumes.begin(), volumes.end(),

@@ -59,6 +59,7 @@ struct ThreemfFilament {
 /// Paint that PrusaSlicer 3 stores beside the model.
 struct ThreemfAnnotation {
     bool escapes = false;  ///< as of ThreemfObject
+    bool used = false;     ///< by an object
     std::vector<std::pair<int32_t, std::string>> paints;
 };
 
@@ -66,6 +67,10 @@ struct ThreemfProject {
     std::map<int64_t, ThreemfProjectObject> objects;
     std::vector<ThreemfFilament> filaments;
     std::map<int64_t, ThreemfAnnotation> annotations;  ///< by the object with the mesh
+
+    /// Returns what is painted on an object, which is used then; null: nothing.
+    const ThreemfAnnotation* paint_of(int64_t object);
+    void tell_of_unused_paint(ThreemfTold* told) const;
 };
 
 /// Reads the project of a slicer; an empty one if there is none. Decreases `*memory_bytes`.

@@ -28,6 +28,17 @@ TEST(ThreemfMixed, ReadsPaintBesideTheModel) {
     EXPECT_EQ(look_of(source, 0).name, "extruder 3");
     EXPECT_EQ(look_of(source, 1).name, "extruder 1");
     EXPECT_EQ(look_of(source, 2).name, "extruder 2");
+    EXPECT_TRUE(testing::says(told(source), messages::kPaintBeside));  // of object 3
+    for (const char* json :
+         {R"({"objects": [{"id": 9, "mmSegmentationFacets": [{"triangle": 2, "dividing": "8"}]}]})",
+          R"([{"id": 9.5, "mmSegmentationFacets": [{"triangle": 2, "dividing": "8"}]}])",
+          R"([{"mmSegmentationFacets": [{"triangle": 2, "dividing": "8"}]}])"})
+        EXPECT_TRUE(testing::says(told(read_source(package(json))), messages::kPaintBeside))
+            << json;
+    const MeshSource as_text = read_source(
+        package(R"([{"id": "9", "mmSegmentationFacets": [{"triangle": 2, "dividing": "8"}]}])"));
+    EXPECT_EQ(look_of(as_text, 2).name, "extruder 2");
+    EXPECT_EQ(told(as_text), "");
     const std::pair<const char*, const char*> wrong[] = {
         {R"([{"id": 9, "mmSegmentationFacets": [{"triangle": 12, "dividing": "8"}]}])",
          messages::kPaintOfNoTriangle},
@@ -65,6 +76,12 @@ TEST(ThreemfMixed, MixesFilamentsAsThreeSlicersSay) {
              "filament_is_mixed": ["0", "0", "1", "1"], "filament_mixed_components": ["", "", "1,2", "2,1"],
              "filament_mixed_sublayer_ratios": ["", "", "0.25,0.75", ""]})",
          "0.25 of red, 0.75 of blue", "0.5 of red, 0.5 of blue"},
+        // Of a mixture, which stands behind it: 0.5 + 0.5 * 0.25 of red. Truths and numbers are those of scripts.
+        {"Metadata/project_settings.config",
+         R"({"filament_settings_id": ["red", "blue", "of mix", "mix"], "filament_colour": ["#FF0000", "#0000FF", "#800080", "#800080"],
+             "filament_is_mixed": [false, 0, true, 1], "filament_mixed_components": ["", "", "1,4", "1,2"],
+             "filament_mixed_sublayer_ratios": ["", "", "0.5,0.5", "0.25,0.75"]})",
+         "0.625 of red, 0.375 of blue", "0.25 of red, 0.75 of blue"},
         {"Metadata/project_settings.config",
          "{" + colors +
              R"(], "mixed_filament_definitions": "1,2,0,0,50,0,g,w,m2,d1,o1,u1;1,2,1,1,40,0,g,w,m2,z0,xa0,xb0,d0,o0,u2"})",
@@ -98,6 +115,15 @@ TEST(ThreemfMixed, TellsOfMixturesThatItCannotMix) {
     EXPECT_TRUE(testing::says(
         settings(
             R"("filament_is_mixed": ["0", "0", "1"], "filament_mixed_components": ["", "", "1,7"])"),
+        messages::kMixtureOfNoFilaments));
+    // Of each other, and more weights than filaments.
+    EXPECT_TRUE(testing::says(
+        settings(
+            R"("filament_is_mixed": ["0", "1", "1"], "filament_mixed_components": ["", "1,3", "1,2"])"),
+        messages::kMixtureOfNoFilaments));
+    EXPECT_TRUE(testing::says(
+        settings(
+            R"("filament_is_mixed": ["0", "0", "1"], "filament_mixed_components": ["", "", "1,2"], "filament_mixed_sublayer_ratios": ["", "", "0.2,0.3,0.5"])"),
         messages::kMixtureOfNoFilaments));
     EXPECT_TRUE(testing::says(
         settings(
