@@ -252,6 +252,25 @@ bool gcvf(std::string_view bytes) {
     return slices_seen(written("a.gcvf", bytes)) > 0;
 }
 
+/// A folder of slices, as a print and as a volume: its manifest, and a slice behind it.
+bool slices(std::string_view bytes) {
+    constexpr std::string_view kBetween = "\n--- slice ---\n";
+    const size_t end = std::min(bytes.find(kBetween), bytes.size());
+    std::filesystem::create_directories(folder() / "slices");
+    written("slices/manifest.json", bytes.substr(0, end));
+    const bool any = end < bytes.size();
+    const std::string slice =
+        written("slices/slice_0001.png", any ? bytes.substr(end + kBetween.size()) : "");
+    if (!any) std::filesystem::remove(slice);
+    const std::filesystem::path out = folder() / "out.oftx";
+    texture::ReadLimits limits;
+    limits.memory_bytes = kReaderBytes;
+    const bool is_volume = answered(
+        tools::make_volume_file(folder() / "slices", out, texture::VolumeOptions{}, limits));
+    if (is_volume && !open_pyramid(out)) std::abort();
+    return slices_seen((folder() / "slices").string()) > 0 && is_volume;
+}
+
 /// What both ends of a line make of messages: a receiver of a print, and a sender that hears its
 /// answers.
 class Listener {
@@ -396,6 +415,7 @@ constexpr Reader kReaders[] = {
     {"transforms", true, transforms},
     {"ofr", false, ofr, seal_print},
     {"gcvf", false, gcvf},
+    {"slices", true, slices},
     {"oftx", false, oftx, seal_pyramid},
     {"stream", false, messages, seal_messages},
     {"png", false, picture<kPng>},

@@ -8,11 +8,15 @@
 
 #include <cmath>
 #include <fstream>
+#include <random>
 
 #include "base/color.h"
 #include "mesh/load/load_mesh.h"
+#include "tests/fuzz/mutations/mutate.h"
+#include "tests/support/long_run.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
+#include "tools/texture/guarded.h"
 #include "tools/vrml/messages.h"
 #include "tools/vrml/scene.h"
 #include "tools/vrml/wavefront.h"
@@ -262,6 +266,41 @@ TEST_F(VrmlFiles, AreRefusedByName) {
     ASSERT_FALSE(damaged);
     EXPECT_THAT(damaged.error().text(), HasSubstr("part.wrl: "));
     EXPECT_FALSE(read_scene(scratch_ / "gone.wrl"));
+}
+
+// In a jail, as the program reads: what ends Coin is an error, too.
+TEST_F(VrmlFiles, DamagedOnesAreErrors) {
+    const std::string whole =
+        "#VRML V2.0 utf8\n" +
+        shape(
+            "material Material { diffuseColor 1 0 0 } texture ImageTexture { url \"a.png\" }",
+            "color Color { color [1 0 0, 0 1 0] } colorPerVertex FALSE colorIndex [0 1 0 1 0 1]") +
+        "PROTO Ball [ field SFFloat r 1 ] { Shape { geometry Sphere { radius IS r } } }\n"
+        "Transform { rotation 0 0 1 0.5 scale 1 2 3 children [ Ball { r 2 } Ball { r 3 } ] }\n"
+        "Shape { geometry Extrusion { crossSection [0 0, 1 0, 1 1, 0 0] spine [0 0 0, 0 1 0] } }\n"
+        "Shape { geometry ElevationGrid { xDimension 2 zDimension 2 height [0 1 2 3] } }\n";
+    constexpr int64_t kBytes = 500'000'000;
+    const int many = testing::long_run() ? 5000 : 150;
+    int wrong = 0;
+    for (int seed = 0; seed < many; ++seed) {
+        std::mt19937_64 random(static_cast<uint64_t>(seed));
+        scratch_.write("part.wrl", testing::mutate(whole, true, &random));
+        const fs::path file = scratch_ / "part.wrl";
+        const Result<void> made = guarded(
+            kBytes, file,
+            [&]() -> Result<void> {
+                const Result<Scene> found = read_scene(file);
+                if (!found) return found.error();
+                return write_wavefront(*found, scratch_.path(), scratch_ / "made.obj");
+            },
+            scratch_ / "made.obj");
+        if (made) continue;
+        ++wrong;
+        EXPECT_NE(made.error().code, ErrorCode::kInternal) << "seed " << seed;
+        EXPECT_FALSE(made.error().text().empty()) << "seed " << seed;
+    }
+    EXPECT_GT(wrong, many / 20);
+    EXPECT_LT(wrong, many);
 }
 
 }  // namespace
