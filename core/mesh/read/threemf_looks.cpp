@@ -267,6 +267,8 @@ ThreemfFace ThreemfLooks::multi(ThreemfPart* part, int64_t id, const Picks& pick
                 if (fine) kind.material = base(part, under, inner);
                 break;
             case Group::kColors:
+                // With nothing below it, it is opaque.
+                if (layer == 0) tell_of_alpha(*part, under, inner);
                 fine = blend_color(*part, it->second, inner, multiply, kind.material >= 0, &blend);
                 break;
             case Group::kCoordinates:

@@ -225,6 +225,15 @@ TEST(ThreemfLooks, TellsOfLayersThatDoNotFit) {
     EXPECT_EQ(told(multi("2 1", "", {"0 0"})), expected);  // a material that is not the lowest
 }
 
+TEST(ThreemfLooks, TellsOfALowestLayerThatIsClear) {
+    const std::string expected =
+        told_line(messages::kTransparentColours, "1, 3D/3dmodel.model, group 2",
+                  messages::kTransparentColoursHelp);
+    EXPECT_EQ(told(multi("2", "", {"2"})), expected);
+    EXPECT_EQ(told(multi("2 2", "multiply", {"2 1"})), expected);
+    EXPECT_EQ(told(multi("2 2", "mix", {"1 2"})), "");  // upon an opaque one
+}
+
 TEST(ThreemfLooks, KeepsResourcesOfPartsApart) {
     const auto part = [](const char* color, const char* picture) {
         return threemf_model(
