@@ -87,8 +87,8 @@ std::vector<pipeline::SliceMaterial> FilamentMixtures::all() const {
             const uint32_t quarters = share_of(mixture, m);
             amounts.push_back(static_cast<float>(quarters) / kQuartersOfAll);
             if (quarters == 0) continue;
-            one.name += fmt::format("{}{} {}", one.name.empty() ? "" : " + ", quarters,
-                                    materials_[m].name);
+            one.name +=
+                fmt::format("{}{} {}", one.name.empty() ? "" : " + ", quarters, materials_[m].name);
         }
         const Rgba color = colors.of(amounts);
         for (size_t c = 0; c < 4; ++c)

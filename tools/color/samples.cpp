@@ -410,11 +410,18 @@ class Parser {
     SampleTable table_;
 };
 
+/// Returns a text on one line in quotes, with others for those that it has.
+std::string in_quotes(std::string text) {
+    std::replace(text.begin(), text.end(), '"', '\'');
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+    return '"' + text + '"';
+}
+
 /// Returns a word as CGATS text has it: in quotes where it is empty, or holds what ends one.
-std::string quoted(std::string word) {
-    std::replace(word.begin(), word.end(), '"', '\'');
-    if (!word.empty() && word.find_first_of(" \t,;#'") == std::string::npos) return word;
-    return '"' + word + '"';
+std::string quoted(const std::string& word) {
+    const bool plain = !word.empty() && word.find_first_of(" \t\r\n,;#'\"") == std::string::npos;
+    return plain ? word : in_quotes(word);
 }
 
 }  // namespace
@@ -451,10 +458,10 @@ Result<SampleTable> read_samples(const std::filesystem::path& file, const Measur
 std::string format_samples(const SampleTable& table, const std::string& description) {
     // What is measured is a `.ti3`, as Argyll reads it.
     const bool ti3 = table.has_inks && table.has_lab;
-    std::string out = fmt::format(
-        "{}\n\nDESCRIPTOR \"{}\"\nORIGINATOR \"OpenFab\"\n{}KEYWORD \"OPENFAB_COLUMNS\"\n",
-        ti3 ? "CTI3" : "CGATS.17", description,
-        ti3 ? "DEVICE_CLASS \"OUTPUT\"\nCOLOR_REP \"CMYK_LAB\"\n" : "");
+    std::string out =
+        fmt::format("{}\n\nDESCRIPTOR {}\nORIGINATOR \"OpenFab\"\n{}KEYWORD \"OPENFAB_COLUMNS\"\n",
+                    ti3 ? "CTI3" : "CGATS.17", in_quotes(description),
+                    ti3 ? "DEVICE_CLASS \"OUTPUT\"\nCOLOR_REP \"CMYK_LAB\"\n" : "");
     if (table.columns > 0) out += fmt::format("OPENFAB_COLUMNS {}\n", table.columns);
     std::string names = "SAMPLE_ID";
     int fields = 1;

@@ -130,14 +130,12 @@ TEST(MixedFilaments, AreReadBackAsMixtures) {
             middle = middle + corner[i] * (1.0 / 3);
         }
         const Vec3d normal = cross(corner[1] - corner[0], corner[2] - corner[0]);
-        const Vec3d at =
-            middle - normal * (0.01 / length(normal)) - blocks.print.info.origin_mm;
-        const size_t kind = blocks.kind_at(static_cast<int32_t>(at.x / 0.5),
-                                           static_cast<int32_t>(at.y / 0.25),
-                                           static_cast<int32_t>(at.z / 0.125));
+        const Vec3d at = middle - normal * (0.01 / length(normal)) - blocks.print.info.origin_mm;
+        const size_t kind =
+            blocks.kind_at(static_cast<int32_t>(at.x / 0.5), static_cast<int32_t>(at.y / 0.25),
+                           static_cast<int32_t>(at.z / 0.125));
         ASSERT_LT(kind, blocks.kinds.size());
-        const auto& group =
-            source->groups[static_cast<size_t>(source->face_groups[t])];
+        const auto& group = source->groups[static_cast<size_t>(source->face_groups[t])];
         const mesh::Look& look = source->looks[static_cast<size_t>(group.look)];
         std::map<std::string, double> is;
         for (const auto& [part, share] : look.mixture)

@@ -323,6 +323,12 @@ TEST(Samples, FormattedTablesAreReadBack) {
     EXPECT_EQ(back->samples[7].lab.a, -6.789);
     EXPECT_EQ(back->samples[8].id, "patch 9, #2");
     EXPECT_EQ(back->samples[9].id, "");
+    // Names of files and of patches may hold anything.
+    chart.samples[9].id = "5\" x\n2";
+    const Result<SampleTable> odd =
+        parse_samples(format_samples(chart, "simulated from a \"b\"\nNUMBER_OF_SETS 7"));
+    ASSERT_TRUE(odd) << odd.error().text();
+    EXPECT_EQ(odd->samples[9].id, "5' x 2");
     const Result<SampleTable> colours = parse_samples(format_samples(color_chart(), "colours"));
     ASSERT_TRUE(colours);
     EXPECT_FALSE(colours->has_lab);
