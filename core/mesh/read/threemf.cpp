@@ -127,8 +127,9 @@ class ThreemfReader {
 
     /// Gives an object the paint that stands beside the model; returns whether it fits.
     bool annotate(int64_t id, ThreemfObject* object) {
+        if (object->triangles.empty()) return true;
         const ThreemfAnnotation* beside = project_.paint_of(id);
-        if (beside == nullptr || object->triangles.empty() || !object->paints.empty()) return true;
+        if (beside == nullptr || !object->paints.empty()) return true;
         object->paints = beside->paints;
         object->paint_escapes = beside->escapes;
         const auto last = static_cast<size_t>(object->paints.back().first);

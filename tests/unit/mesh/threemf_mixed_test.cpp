@@ -29,6 +29,15 @@ TEST(ThreemfMixed, ReadsPaintBesideTheModel) {
     EXPECT_EQ(look_of(source, 1).name, "extruder 1");
     EXPECT_EQ(look_of(source, 2).name, "extruder 2");
     EXPECT_TRUE(testing::says(told(source), messages::kPaintBeside));  // of object 3
+    // What is made of others has no triangles.
+    const MeshSource made_of_others = read_source(threemf_package(
+        threemf_model(
+            R"(<object id="3">)" + threemf_cube(0, 10) +
+                R"(</object><object id="9"><components><component objectid="3"/></components></object>)",
+            kOneItem),
+        {{"Metadata/Slic3r_facets_annotation.json",
+          R"([{"id": 9, "mmSegmentationFacets": [{"triangle": 2, "dividing": "8"}]}])"}}));
+    EXPECT_TRUE(testing::says(told(made_of_others), messages::kPaintBeside));
     for (const char* json :
          {R"({"objects": [{"id": 9, "mmSegmentationFacets": [{"triangle": 2, "dividing": "8"}]}]})",
           R"([{"id": 9.5, "mmSegmentationFacets": [{"triangle": 2, "dividing": "8"}]}])",
