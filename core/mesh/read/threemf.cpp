@@ -114,7 +114,8 @@ class ThreemfReader {
             return nullptr;
         }
         for (auto& [id, object] : model->objects) {
-            if (!annotate(id, &object)) return nullptr;
+            const std::string wrong = project_.paint(id, name_of(object, id), &object);
+            if (!wrong.empty()) return fail(wrong), nullptr;
             is_painted_ = is_painted_ || !object.paints.empty();
             const Result<void> painted = apply_threemf_paint(
                 &object, fmt::format("{}: {}", file_, name_of(object, id)), &memory_bytes_, &told_);
@@ -123,19 +124,6 @@ class ThreemfReader {
             return nullptr;
         }
         return &parts_.emplace(key, ThreemfPart{path, std::move(*model), {}}).first->second;
-    }
-
-    /// Gives an object the paint that stands beside the model; returns whether it fits.
-    bool annotate(int64_t id, ThreemfObject* object) {
-        if (object->triangles.empty()) return true;
-        const ThreemfAnnotation* beside = project_.paint_of(id);
-        if (beside == nullptr || !object->paints.empty()) return true;
-        object->paints = beside->paints;
-        object->paint_escapes = beside->escapes;
-        const auto last = static_cast<size_t>(object->paints.back().first);
-        if (last < object->triangles.size()) return true;
-        fail(fmt::format(messages::kPaintOfNoTriangle, name_of(*object, id), last));
-        return false;
     }
 
     void place_all(ThreemfPart* root, Use use) {

@@ -411,11 +411,17 @@ class ProjectReader {
 
 }  // namespace
 
-const ThreemfAnnotation* ThreemfProject::paint_of(int64_t object) {
-    const auto it = annotations.find(object);
-    if (it == annotations.end()) return nullptr;
-    it->second.used = true;
-    return it->second.paints.empty() ? nullptr : &it->second;
+std::string ThreemfProject::paint(int64_t id, const std::string& name, ThreemfObject* object) {
+    const auto it = annotations.find(id);
+    if (it == annotations.end() || object->triangles.empty()) return {};
+    ThreemfAnnotation& beside = it->second;
+    beside.used = true;
+    if (beside.paints.empty() || !object->paints.empty()) return {};
+    object->paints = beside.paints;
+    object->paint_escapes = beside.escapes;
+    const auto last = static_cast<size_t>(object->paints.back().first);
+    if (last < object->triangles.size()) return {};
+    return fmt::format(messages::kPaintOfNoTriangle, name, last);
 }
 
 void ThreemfProject::tell_of_unused_paint(ThreemfTold* told) const {

@@ -68,8 +68,8 @@ struct ThreemfProject {
     std::vector<ThreemfFilament> filaments;
     std::map<int64_t, ThreemfAnnotation> annotations;  ///< by the object with the mesh
 
-    /// Returns what is painted on an object, which is used then; null: nothing.
-    const ThreemfAnnotation* paint_of(int64_t object);
+    /// Gives object `id`, called `name`, the paint that stands beside the model; returns what is wrong with it.
+    std::string paint(int64_t id, const std::string& name, ThreemfObject* object);
     void tell_of_unused_paint(ThreemfTold* told) const;
 };
 
