@@ -64,6 +64,9 @@ def look(browser, options, url, axe):
         page.wait_for_selector("#graph_svg .node")
         at.settle(600)
         clean("graph and text")
+        if size[0] > 900:
+            gap = page.evaluate("document.getElementById('stage').getBoundingClientRect().left - document.getElementById('live').getBoundingClientRect().right")
+            check(f"{size[0]} px: the picture stands beside the panel, whatever the text's lines take: {gap:.0f} px", abs(gap) < 2)
         page.click("#graph_add")
         page.wait_for_selector("#palette_list .tile")
         clean("categories")

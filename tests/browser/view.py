@@ -9,6 +9,7 @@
 
 It checks what a script can check, exits with 1 if something is wrong, and leaves screenshots in --out for you to look at."""
 
+import re
 import subprocess
 
 from harness import FABLET, WORLD, Page, Viewer, check, numbers_of, run_with_browser
@@ -343,6 +344,38 @@ def look_at_a_world(browser, options, world):
         at.close()
 
 
+def look_while_prints_are_replaced(browser, options, world):
+    """A print is replaced while pictures of it are asked for, and the page hears of the new one before it is refused the old."""
+    with Viewer(options, world, "--watch", "--draft", "6") as url:
+        for what, pattern, view in (("volume", "**/api/volume?*", "3"), ("slice", "**/api/tile?*", "z")):
+            at = Page(browser, options)
+            page = at.page
+            at.open(url, view=view)
+            held, asked = [], []
+
+            def answer(route):
+                asked.append(re.search(r"generation=(\d+)", route.request.url)[1])
+                if held or len(set(asked)) < 2:
+                    return route.continue_()
+                held.append(route)
+
+            page.route(pattern, answer)
+            page.evaluate("dispatchEvent(new Event('resize'))")
+            for draft in ("4", "3"):
+                before = at.text("#subtitle")
+                asked.append("0")
+                page.select_option("#draft", draft)
+                at.eventually(f"{what}: a draft of {draft} is shown", lambda before=before: at.text("#subtitle") != before)
+                at.settle(600)
+            check(f"{what}: a picture of the print between was asked for", len(held) == 1)
+            late = re.search(r"generation=(\d+)", held[0].request.url)[1]
+            held[0].fulfill(status=409, json={"error": "another print is shown now"})
+            at.eventually(f"{what}: that of the new print is asked for then", lambda late=late: int(asked[-1]) > int(late))
+            page.select_option("#draft", "6")
+            at.settle(3000)
+            at.close()
+
+
 def main(browser, options):
     folder = options.out / "world"
     folder.mkdir(parents=True, exist_ok=True)
@@ -360,6 +393,7 @@ def main(browser, options):
     look_at_what_opens(browser, options)
     look_at_the_rest(browser, options, *prints)
     look_at_a_world(browser, options, world)
+    look_while_prints_are_replaced(browser, options, world)
 
 
 if __name__ == "__main__":

@@ -132,11 +132,12 @@ export class PlaneView {
     async load() {
         if (this.loading) return;
         this.loading = true;
+        let key;
         try {
             for (let again = true; again;) {
                 again = false;
                 const plane = this.wish();
-                const key = JSON.stringify(plane);
+                key = JSON.stringify(plane);
                 for (const coarse of this.stages()) {
                     const tiles = this.visible();
                     const finest = tiles.every((t) => this.tiles.has(this.path(plane, t, 1)));
@@ -152,7 +153,9 @@ export class PlaneView {
             }
             this.events.ready();
         } catch (error) {
-            this.events.fail(error);
+            // Of a print that another has replaced while it was asked for; the page knows that one.
+            if (error.status === 409 && key !== JSON.stringify(this.wish())) setTimeout(() => this.load());
+            else this.events.fail(error);
         } finally {
             this.loading = false;
         }

@@ -67,10 +67,11 @@ export class VolumeView {
         this.draw();
         if (this.waiting) return;
         this.waiting = true;
+        let key;
         try {
             this.start();
             for (;;) {
-                const key = query(this.wish());
+                key = query(this.wish());
                 const got = await getBytes(`api/volume?${key}&known=${key === this.have ? this.step : 0}`);
                 const { cells } = this.model.print().volume;
                 if (got && got.bytes.length === cells[0] * cells[1] * cells[2] * 4) {
@@ -91,7 +92,9 @@ export class VolumeView {
                 if (this.canvas.hidden) break;
             }
         } catch (error) {
-            this.events.fail(error);
+            // Of a print that another has replaced while it was asked for; the page knows that one.
+            if (error.status === 409 && key !== query(this.wish())) setTimeout(() => this.update());
+            else this.events.fail(error);
         } finally {
             this.waiting = false;
         }
