@@ -166,7 +166,10 @@ TEST_P(Pages, WorkAsWritten) {
     const Outcome outcome = reader.follow(walk);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     if (path == "README.md") {
-        EXPECT_EQ(walk.files, 2);
+        EXPECT_EQ(walk.files, 3);
+        // The knob is that of the tutorial, where it is printed.
+        EXPECT_THAT(read_file(source_dir() / "docs/tutorial/index.md"),
+                    HasSubstr(read_file(reader.folder() / "knob.fl")));
         EXPECT_GE(walk.commands, 7);
         EXPECT_THAT(outcome.err, HasSubstr("slices are whole"));
         const fs::path ball = reader.folder() / "out/ball";

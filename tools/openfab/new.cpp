@@ -141,7 +141,7 @@ Result<std::string> make_folder(const std::string& path, const std::string& from
         return done.error();
     const fs::path world = folder / (name + ".fab.json");
     return fmt::format(
-        "made {}\nprint it: openfab print {} -o {}.ofr --preview {}.png,view=section\n",
+        "made {}\nprint it: openfab print {} -o {}.ofr --preview {}.png,view=model:30:30,cut=xy\n",
         world.string(), shell_word(world.string()), name, name);
 }
 

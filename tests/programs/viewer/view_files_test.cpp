@@ -222,7 +222,7 @@ TEST_F(ViewFiles, ANewWorldTakesTemplates) {
     Viewer viewer({"--new", folder, "--template", "shell", "--draft", "6"}, cache());
     viewer.says(
         fmt::format("made {0}/cup.fab.json\nprint it: openfab print {0}/cup.fab.json -o cup.ofr "
-                    "--preview cup.png,view=section\n",
+                    "--preview cup.png,view=model:30:30,cut=xy\n",
                     folder));
     viewer.wait_for(is_done);
     EXPECT_THAT(read_file(folder + "/cup.fl"), HasSubstr("fablet Shell"));
