@@ -36,17 +36,20 @@ class Keys:
     """Keys of a keyboard, counted; a file is chosen in the dialog of the system, once more by its keyboard."""
 
     def __init__(self, page, act):
-        self.page, self.act = page, act
+        self.page, self.act, self.dialogs = page, act, []
+        page.on("filechooser", lambda dialog: self.dialogs.append(dialog))
 
     def __call__(self, what, *keys):
         for key in keys:
             self.act(f"{key:12} {what}", lambda key=key: self.page.keyboard.press(key))
 
     def choose(self, path):
-        with self.page.expect_file_chooser() as dialog:
-            self.page.wait_for_timeout(1000)  # until the browser has heard that it is waited for
-            self("a file's dialog", "o")
-        self.act(f"choose {path.name}", lambda: dialog.value.set_files(path))
+        self("a file's dialog", "o")
+        for _ in range(100):
+            if self.dialogs:
+                break
+            self.page.wait_for_timeout(200)
+        self.act(f"choose {path.name}", lambda: self.dialogs.pop().set_files(path))
 
 
 def focus_name(page):
@@ -91,8 +94,8 @@ def walk(browser, options):
     with act("openfab view --new", lambda: Viewer(options, "--new", folder)) as url:
         at = Page(browser, options, size=(1440, 900))
         page = at.page
-        act("open the page", lambda: at.open(url, view=None))
         keys = Keys(page, act)
+        act("open the page", lambda: at.open(url, view=None))
         keys.choose(mesh)
         at.eventually("the mesh is the object's", lambda: "is the mesh octahedron" in at.text("#files_note"))
         keys("the part", "p")
