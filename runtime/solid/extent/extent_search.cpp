@@ -127,10 +127,13 @@ class ExtentSearch {
         }
         return most;
     }
-    std::vector<float> values(const Points& points) const {
+    /// Returns the values at points, or only numbers with their signs.
+    std::vector<float> values(const Points& points, bool signs = false) const {
         std::vector<float> out(points.size());
         in_chunks(points.size(), [&](size_t first, size_t count) {
-            solid_.values({points.data() + first, count}, out.data() + first);
+            const std::span<const Vec3f> some(points.data() + first, count);
+            signs ? solid_.signs(some, out.data() + first)
+                  : solid_.values(some, out.data() + first);
             for (size_t i = first; i < first + count && !sides_.empty(); ++i) {
                 const double beyond = outside(points[i]);
                 if (beyond > 0) out[i] = static_cast<float>(beyond);
@@ -172,7 +175,7 @@ class ExtentSearch {
                 }
             }
         }
-        const std::vector<float> found = values(points);
+        const std::vector<float> found = values(points, true);
         std::vector<Vec3f> inside;
         for (size_t i = 0; i < found.size(); ++i) {
             if (found[i] < 0) inside.push_back(points[i]);
@@ -212,7 +215,7 @@ class ExtentSearch {
             Points points;
             for (size_t i = 0; i < from.size(); ++i)
                 points.push_back(moved(from[i], along * ((low[i] + high[i]) / 2)));
-            const std::vector<float> found = values(points);
+            const std::vector<float> found = values(points, true);
             for (size_t i = 0; i < from.size(); ++i)
                 (found[i] < 0 ? low : high)[i] = (low[i] + high[i]) / 2;
         }
@@ -254,7 +257,7 @@ class ExtentSearch {
                         around.push_back(moved(at, u * (x * step) + v * (y * step)));
                 }
             }
-            const std::vector<float> found = values(around);
+            const std::vector<float> found = values(around, true);
             std::vector<Vec3f> higher;
             for (size_t k = 0; k < found.size(); ++k) {
                 if (found[k] < 0) higher.push_back(around[k]);
@@ -346,7 +349,7 @@ class ExtentSearch {
                 centres.push_back(boxes[i].lo + (boxes[i].hi - boxes[i].lo) * 0.5f);
             }
             boxes.swap(next);
-            const std::vector<float> found = values(centres);
+            const std::vector<float> found = values(centres, any);
             std::vector<Vec3f> inside;
             for (size_t i = 0; i < boxes.size(); ++i) {
                 if (found[i] < 0) inside.push_back(centres[i]);

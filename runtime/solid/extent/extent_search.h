@@ -29,6 +29,8 @@ class SolidValue {
     /// Returns a box that holds the solid.
     virtual Box3f box() const = 0;
     virtual void values(std::span<const Vec3f> points, float* out) const = 0;
+    /// Computes numbers with the signs of the values, where these are dearer.
+    virtual void signs(std::span<const Vec3f> points, float* out) const { values(points, out); }
     /// Computes what values in the boxes are not below; NaN where nothing is known.
     virtual void lower_bounds(std::span<const Box3f> boxes, float* out) const = 0;
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "base/infinity.h"
 
@@ -33,24 +34,16 @@ ShapeBodies::ShapeBodies(const part::ShapeStage& stage, const Bodies& solids, do
         body.frame = part::make_frame(part, grid_);
         body.placed = body.solid->place({part, grid_, body.frame});
         body.placed->begin_queries();
+        body.quick = body.solid->dicing() != nullptr && !body.solid->bounds_dice();
     }
 }
 
-/// Answers the points of `tools`, of which there are n.
-void ShapeBodies::ask(size_t body, size_t n, Tools* tools) const {
+/// Puts points of the stage into `tools` as those of a body, and makes its scratch. Lanes beyond the last are inactive.
+void ShapeBodies::load(size_t body, const std::array<const float*, 3>& points, size_t n,
+                       Tools* tools) const {
     const Body& of = bodies_[body];
     tools->scratch_.resize(bodies_.size());
-    std::unique_ptr<Scratch>& scratch = tools->scratch_[body];
-    if (scratch == nullptr) scratch = of.placed->make_scratch();
-    if (n % 8 != 0) tools->points_.back().mask = (1u << n % 8) - 1;
-    tools->answers_.resize(tools->points_.size());
-    of.placed->engine()->query_points(tools->points_, kInfinity, scratch->engine.get(),
-                                      tools->answers_.data());
-}
-
-void ShapeBodies::distances(size_t body, const std::array<const float*, 3>& points, size_t n,
-                            Tools* tools, float* out) const {
-    const Body& of = bodies_[body];
+    if (tools->scratch_[body] == nullptr) tools->scratch_[body] = of.placed->make_scratch();
     tools->points_.assign((n + 7) / 8, {});
     for (size_t i = 0; i < n; ++i) {
         for (size_t a = 0; a < 3; ++a) {
@@ -58,11 +51,20 @@ void ShapeBodies::distances(size_t body, const std::array<const float*, 3>& poin
                 static_cast<double>(points[a][i]) + of.move[static_cast<int>(a)]);
         }
     }
-    ask(body, n, tools);
+    if (n % 8 != 0) tools->points_.back().mask = (1u << n % 8) - 1;
+    tools->answers_.resize(tools->points_.size());
+}
+
+void ShapeBodies::distances(size_t body, const std::array<const float*, 3>& points, size_t n,
+                            Tools* tools, float* out) const {
+    const Body& of = bodies_[body];
+    load(body, points, n, tools);
+    Scratch* const scratch = tools->scratch_[body].get();
+    of.placed->engine()->query_points(tools->points_, kInfinity, scratch->engine.get(),
+                                      tools->answers_.data());
     for (size_t g = 0; g < tools->points_.size(); ++g) {
         const nearest::PointAnswer& answer = tools->answers_[g];
-        const uint32_t inside =
-            of.placed->inside(tools->points_[g], answer, {}, tools->scratch_[body].get());
+        const uint32_t inside = of.placed->inside(tools->points_[g], answer, {}, scratch);
         for (size_t l = 0; l < std::min<size_t>(8, n - 8 * g); ++l) {
             const float d = std::sqrt(answer.distance2[l]);
             out[8 * g + l] = (inside >> l & 1u) != 0 ? 0.0f - d : d;
@@ -70,35 +72,88 @@ void ShapeBodies::distances(size_t body, const std::array<const float*, 3>& poin
     }
 }
 
-/// A distance changes no faster than its point moves.
+void ShapeBodies::near_distances(size_t body, const std::array<const float*, 3>& points, size_t n,
+                                 Tools* tools, float* out_lo, float* out_hi) const {
+    const Body& of = bodies_[body];
+    load(body, points, n, tools);
+    Scratch* const scratch = tools->scratch_[body].get();
+    tools->ranges_.resize(tools->points_.size());
+    of.placed->engine()->bound_points(tools->points_, {}, 0, scratch->engine.get(),
+                                      tools->ranges_.data());
+    for (size_t g = 0; g < tools->points_.size(); ++g) {
+        const nearest::PointBounds& range = tools->ranges_[g];
+        // Where no surface is nearer than some distance, all of that ball is on the side of its centre.
+        nearest::PointAnswer& answer = tools->answers_[g];
+        for (size_t l = 0; l < 8; ++l)
+            answer.distance2[l] = range.low[l] > 0 ? range.low[l] * range.low[l] : kInfinity;
+        const uint32_t inside = of.placed->inside(tools->points_[g], answer, {}, scratch);
+        for (size_t l = 0; l < std::min<size_t>(8, n - 8 * g); ++l) {
+            const bool in = (inside >> l & 1u) != 0;
+            const bool open = !(range.low[l] > 0);
+            out_lo[8 * g + l] = in || open ? 0.0f - range.high[l] : range.low[l];
+            out_hi[8 * g + l] = in ? 0.0f - range.low[l] : range.high[l];
+        }
+    }
+}
+
+/// A distance changes no faster than its point moves. Where micropolygons would have to be made first, most boxes are
+/// bounded without: those that are as wide as what is then left open.
 void ShapeBodies::bounds(size_t body, const std::array<const float*, 3>& lo,
-                         const std::array<const float*, 3>& hi, size_t n, Tools* tools,
+                         const std::array<const float*, 3>& hi, size_t n, bool quick, Tools* tools,
                          float* out_lo, float* out_hi) const {
     std::array<std::vector<float>, 3> middle;
-    for (size_t a = 0; a < 3; ++a) {
+    std::vector<float> reach(n), slack(n);
+    for (size_t a = 0; a < 3; ++a)
         middle[a].resize(n);
-        for (size_t i = 0; i < n; ++i)
-            middle[a][i] = 0.5f * (lo[a][i] + hi[a][i]);
-    }
-    distances(body, {middle[0].data(), middle[1].data(), middle[2].data()}, n, tools, out_lo);
     for (size_t i = 0; i < n; ++i) {
         float square = 0, largest = 0;
         for (size_t a = 0; a < 3; ++a) {
+            middle[a][i] = 0.5f * (lo[a][i] + hi[a][i]);
             const float half = std::max(hi[a][i] - middle[a][i], middle[a][i] - lo[a][i]);
             square += half * half;
             largest =
                 std::max({largest, std::fabs(lo[a][i]), std::fabs(hi[a][i]),
                           static_cast<float>(std::fabs(bodies_[body].move[static_cast<int>(a)]))});
         }
-        const float d = out_lo[i], reach = std::sqrt(square);
-        if (!std::isfinite(d)) {
+        reach[i] = std::sqrt(square);
+        slack[i] = kRelative * reach[i] + kOfCoordinates * largest;
+    }
+    const auto pointers = [](const std::array<std::vector<float>, 3>& of) {
+        return std::array<const float*, 3>{of[0].data(), of[1].data(), of[2].data()};
+    };
+    std::vector<size_t> left;
+    if (bodies_[body].quick) {
+        near_distances(body, pointers(middle), n, tools, out_lo, out_hi);
+        for (size_t i = 0; i < n; ++i) {
+            if (!quick && !(out_hi[i] - out_lo[i] <= reach[i])) left.push_back(i);
+        }
+    } else {
+        left.resize(n);
+        std::iota(left.begin(), left.end(), size_t{0});
+    }
+    std::array<std::vector<float>, 3> asked;
+    for (size_t a = 0; a < 3; ++a) {
+        for (const size_t i : left)
+            asked[a].push_back(middle[a][i]);
+    }
+    std::vector<float> exact(left.size());
+    if (!left.empty()) distances(body, pointers(asked), left.size(), tools, exact.data());
+    for (size_t k = 0; k < left.size(); ++k)
+        out_lo[left[k]] = out_hi[left[k]] = exact[k];
+    for (size_t i = 0; i < n; ++i) {
+        if (!std::isfinite(out_lo[i]) || !std::isfinite(out_hi[i])) {
             out_lo[i] = out_hi[i] = std::numeric_limits<float>::quiet_NaN();
             continue;
         }
-        const float slack = kRelative * (std::fabs(d) + reach) + kOfCoordinates * largest;
-        out_lo[i] = d - reach - slack;
-        out_hi[i] = d + reach + slack;
+        const float magnitude = std::max(std::fabs(out_lo[i]), std::fabs(out_hi[i]));
+        const float more = reach[i] + slack[i] + kRelative * magnitude;
+        out_lo[i] -= more;
+        out_hi[i] += more;
     }
+}
+
+bool ShapeBodies::any_quick() const {
+    return std::any_of(bodies_.begin(), bodies_.end(), [](const Body& one) { return one.quick; });
 }
 
 int64_t ShapeBodies::query_bytes() const {

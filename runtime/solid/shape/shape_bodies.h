@@ -29,6 +29,7 @@ class ShapeBodies {
         std::vector<std::unique_ptr<Scratch>> scratch_;
         std::vector<nearest::PointPacket> points_;
         std::vector<nearest::PointAnswer> answers_;
+        std::vector<nearest::PointBounds> ranges_;
     };
 
     /// `stage` is the part with these bodies, which must outlive it.
@@ -39,10 +40,12 @@ class ShapeBodies {
     /// infinite where a coordinate is NaN, or beyond nearest::kMaxCoordinate.
     void distances(size_t body, const std::array<const float*, 3>& points, size_t n, Tools* tools,
                    float* out) const;
-    /// Computes bounds of them over n boxes.
+    /// Whether bounds of distances to a body are cheaper than distances, which take its micropolygons.
+    bool any_quick() const;
+    /// Computes bounds of them over n boxes; `quick`: without micropolygons wherever that is possible.
     void bounds(size_t body, const std::array<const float*, 3>& lo,
-                const std::array<const float*, 3>& hi, size_t n, Tools* tools, float* out_lo,
-                float* out_hi) const;
+                const std::array<const float*, 3>& hi, size_t n, bool quick, Tools* tools,
+                float* out_lo, float* out_hi) const;
     /// Returns the bytes that trees of bodies will still take once all exist, and what of them is diced.
     int64_t query_bytes() const;
     /// Returns an error if a body is impossible.
@@ -53,9 +56,13 @@ class ShapeBodies {
         std::shared_ptr<Solid> solid;
         std::array<float, OPENFAB_FRAME_COUNT> frame{};
         std::unique_ptr<Placed> placed;
-        Vec3d move;  ///< from points of the stage to those of the body
+        Vec3d move;          ///< from points of the stage to those of the body
+        bool quick = false;  ///< bounds of distances take no micropolygons
     };
-    void ask(size_t body, size_t n, Tools* tools) const;
+    void load(size_t body, const std::array<const float*, 3>& points, size_t n, Tools* tools) const;
+    /// Bounds the signed distances at points without micropolygons.
+    void near_distances(size_t body, const std::array<const float*, 3>& points, size_t n,
+                        Tools* tools, float* out_lo, float* out_hi) const;
 
     part::Grid grid_;
     std::vector<Body> bodies_;

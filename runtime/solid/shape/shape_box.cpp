@@ -73,6 +73,14 @@ class ShapeValue final : public SolidValue {
         ask([&](ShapeCalls* calls) { return calls->values(some, &found); }, points.size(), &found);
         std::copy_n(found.begin(), points.size(), out);
     }
+    void signs(std::span<const Vec3f> points, float* out) const override {
+        ShapePoints some;
+        for (const Vec3f& p : points)
+            some.push_back(p);
+        std::vector<float> found;
+        ask([&](ShapeCalls* calls) { return calls->signs(some, &found); }, points.size(), &found);
+        std::copy_n(found.begin(), points.size(), out);
+    }
     void lower_bounds(std::span<const Box3f> boxes, float* out) const override {
         ShapePoints lo, hi;
         for (const Box3f& box : boxes)

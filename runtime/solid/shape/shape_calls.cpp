@@ -3,6 +3,7 @@
 #include "runtime/solid/shape/shape_calls.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "abi/shape_distance.h"
 
@@ -63,6 +64,37 @@ abi::KernelStatus ShapeCalls::bounds(const ShapePoints& lo, const ShapePoints& h
     return status;
 }
 
+abi::KernelStatus ShapeCalls::cheap_signs(const ShapePoints& points, std::vector<float>* out) {
+    constexpr float kOpen = std::numeric_limits<float>::quiet_NaN();
+    out->assign(points.size(), kOpen);
+    if (!bodies_.any_quick()) return {};
+    std::vector<float> hi;
+    quick_ = true;
+    const abi::KernelStatus status = bounds(points, points, out, &hi);
+    quick_ = false;
+    for (size_t i = 0; i < points.size(); ++i) {
+        float& lo = (*out)[i];
+        lo = lo >= 0 ? lo : hi[i] < 0 ? hi[i] : kOpen;
+    }
+    return status;
+}
+
+abi::KernelStatus ShapeCalls::signs(const ShapePoints& points, std::vector<float>* out) {
+    abi::KernelStatus status = cheap_signs(points, out);
+    ShapePoints open;
+    for (size_t i = 0; i < points.size(); ++i) {
+        if (std::isnan((*out)[i])) open.push_back(points.point(i));
+    }
+    if (!status.ok() || open.size() == 0) return status;
+    std::vector<float> rest;
+    status = values(open, &rest);
+    size_t next = 0;
+    for (size_t i = 0; i < points.size(); ++i) {
+        if (std::isnan((*out)[i])) (*out)[i] = rest[next++];
+    }
+    return status;
+}
+
 abi::KernelStatus ShapeCalls::attributes(const ShapePoints& points,
                                          std::vector<std::vector<uint32_t>>* out) {
     out->resize(components());
@@ -106,7 +138,7 @@ float* ShapeCalls::distances(const openfab_arg& arg) {
         for (std::vector<float>* list : {&mine.at, &mine.lo, &mine.hi})
             list->resize(whole_lanes(in_piece_));
         if (boxes) {
-            bodies_.bounds(object, at(lo_), at(hi_), in_piece_, &tools_, mine.lo.data(),
+            bodies_.bounds(object, at(lo_), at(hi_), in_piece_, quick_, &tools_, mine.lo.data(),
                            mine.hi.data());
         } else {
             bodies_.distances(object, at(points_), in_piece_, &tools_, mine.at.data());

@@ -48,6 +48,10 @@ class ShapeCalls final : public StageCalls {
 
     /// Computes the values at the points; negative is inside.
     abi::KernelStatus values(const ShapePoints& points, std::vector<float>* out);
+    /// Computes numbers of the values' signs, NaN where they are: values, or bounds where these tell and are cheaper.
+    abi::KernelStatus signs(const ShapePoints& points, std::vector<float>* out);
+    /// Computes bounds of the values, of their signs, where these tell and are cheaper; elsewhere NaN.
+    abi::KernelStatus cheap_signs(const ShapePoints& points, std::vector<float>* out);
     /// Computes bounds of the values of all points of boxes; NaN, both, where nothing is known.
     abi::KernelStatus bounds(const ShapePoints& lo, const ShapePoints& hi,
                              std::vector<float>* out_lo, std::vector<float>* out_hi);
@@ -71,6 +75,7 @@ class ShapeCalls final : public StageCalls {
     bool stretched_ = false;
     std::array<float, 3> shrink_{};  ///< from the part's space to the stage's
     float scale_ = 1;                ///< of values
+    bool quick_ = false;             ///< bounds need not be tight
     std::array<std::vector<float>, 3> moved_, moved_lo_, moved_hi_;
     // Of the current call.
     Axes points_{}, lo_{}, hi_{};

@@ -46,16 +46,31 @@ class ShapeEngine final : public nearest::Engine {
                       std::span<const nearest::PointPacket> /*hints*/, float /*tolerance_mm*/,
                       Scratch* scratch, nearest::PointBounds* bounds) const override {
         auto* mine = static_cast<ShapeEngineScratch*>(scratch);
-        for (size_t g = 0; g < packets.size(); ++g) {
-            for (auto& coordinate : bounds[g].point)
-                std::fill_n(coordinate, 8, std::numeric_limits<float>::quiet_NaN());
-            for (size_t l = 0; l < 8; ++l) {
-                const Vec3f p = packets[g].point(l);
-                const Box3f box{p, p};
-                NearRange range;
-                near_.bound(box, {&box, 1}, &mine->near, &range);
-                bounds[g].low[l] = range.low;
-                bounds[g].high[l] = range.high;
+        constexpr size_t kAtOnce = kMostNearBoxes / 8;
+        std::array<Box3f, kMostNearBoxes> boxes;
+        std::array<NearRange, kMostNearBoxes> ranges;
+        for (size_t first = 0; first < packets.size(); first += kAtOnce) {
+            const size_t count = std::min(kAtOnce, packets.size() - first);
+            Box3f whole;
+            for (size_t i = 0; i < 8 * count; ++i) {
+                const Vec3f p = packets[first + i / 8].point(i % 8);
+                boxes[i] = {p, p};
+                whole.add(p);
+            }
+            // What is near is found once for points that are close to each other.
+            const std::span<const Box3f> all(boxes.data(), 8 * count);
+            if (whole.longest_side() <= near_.block_mm()) {
+                near_.bound(whole, all, &mine->near, ranges.data());
+            } else {
+                for (size_t i = 0; i < all.size(); ++i)
+                    near_.bound(all[i], {&all[i], 1}, &mine->near, &ranges[i]);
+            }
+            for (size_t i = 0; i < all.size(); ++i) {
+                nearest::PointBounds& to = bounds[first + i / 8];
+                to.low[i % 8] = ranges[i].low;
+                to.high[i % 8] = ranges[i].high;
+                for (auto& coordinate : to.point)
+                    coordinate[i % 8] = std::numeric_limits<float>::quiet_NaN();
             }
         }
     }

@@ -219,18 +219,28 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
     bool inside = false, outside = false;
     ShapePoints points, lo, hi;
     std::vector<float> values, value_lo, value_hi;
-    // Looks at the points, and returns whether that was possible.
+    // Looks at the points, and returns whether that was possible. Those at which bounds tell may be enough.
     const auto evaluate = [&] {
-        if (const abi::KernelStatus status = calls->values(points, &values); !status.ok()) {
-            note(status);
-            return false;
-        }
+        abi::KernelStatus status = calls->cheap_signs(points, &values);
         close_border(around, points, &values);
+        ShapePoints open;
         for (size_t i = 0; i < points.size(); ++i) {
-            (values[i] < 0 ? inside : outside) = true;
-            if (std::isnan(values[i])) note_nan(points.point(i));
+            if (std::isnan(values[i])) {
+                open.push_back(points.point(i));
+            } else {
+                (values[i] < 0 ? inside : outside) = true;
+            }
         }
-        return true;
+        if (status.ok() && !(inside && outside) && open.size() > 0) {
+            status = calls->values(open, &values);
+            close_border(around, open, &values);
+            for (size_t i = 0; i < open.size(); ++i) {
+                (values[i] < 0 ? inside : outside) = true;
+                if (std::isnan(values[i])) note_nan(open.point(i));
+            }
+        }
+        if (!status.ok()) note(status);
+        return status.ok();
     };
     append_vertices(block.lowest, end, kSome, &points);
     if (!evaluate()) return false;

@@ -42,6 +42,8 @@ class ShapeNear {
     /// `blocks`: those of the field, in order of z, y, x; both must outlive it.
     ShapeNear(const ShapeField& field, std::span<const Vec3i> blocks);
 
+    /// The side of a block.
+    float block_mm() const { return block_mm_; }
     /// Bounds the distances of at most kMostNearBoxes boxes that `whole` holds. `high` is infinite where nothing is near.
     void bound(const Box3f& whole, std::span<const Box3f> boxes, Tools* tools,
                NearRange* out) const;
