@@ -4,6 +4,7 @@
 
 // Shapes by hand-written kernels.
 
+#include <HalideRuntime.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
