@@ -24,8 +24,10 @@ struct Asking {
     explicit Asking(std::unique_ptr<Made> of) : body(std::move(of)) {
         openfab_fablet plain{};
         plain.name = "plain";
-        stage.mesh =
-            *part::make_part_mesh(mesh::make_box({20, 20, 20}), plain, {1, 0, 0, 0, 1, 0, 0, 0, 1});
+        mesh::Mesh box = mesh::make_box({20, 20, 20});
+        for (Vec3d& p : box.positions)
+            p.z -= 10;
+        stage.mesh = *part::make_part_mesh(box, plain, {1, 0, 0, 0, 1, 0, 0, 0, 1});
         stage.bodies = {std::make_shared<part::Part>(body->part)};
         solids = {solid_of(*body, 0.25)};
     }
