@@ -33,7 +33,7 @@ std::vector<std::string> quoted_in(const std::string& text) {
 }
 
 bool names_a_file(const std::string& text) {
-    static const std::regex kFile(R"([^ ]+\.(fl|json|vtu|nrrd|obj|ppm|sched|py|csv|txt))");
+    static const std::regex kFile(R"([^ ]+\.(fl|json|vtu|nrrd|obj|ppm|sched|py|csv|txt|sh))");
     return std::regex_match(text, kFile);
 }
 
