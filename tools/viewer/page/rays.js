@@ -23,7 +23,9 @@ float open_to_light(vec3 p, vec3 normal) {
     float cell = max(cell_mm.x, max(cell_mm.y, cell_mm.z)), shut = 0.0, weight = 1.0;
     for (int i = 1; i <= 4; ++i) {
         float reach = exp2(float(i)) * cell;
-        shut += weight * textureLod(cells, (p + normal * reach) / size_mm + 0.5, float(i) - 1.0).a;
+        vec3 there = (p + normal * reach) / size_mm;
+        // Beyond the print's box nothing stands; the texture would repeat its last cells there.
+        if (max(max(abs(there.x), abs(there.y)), abs(there.z)) < 0.5) shut += weight * textureLod(cells, there + 0.5, float(i) - 1.0).a;
         weight *= 0.75;
     }
     return 1.0 - min(0.62 * shut, 0.85);
@@ -52,7 +54,7 @@ void main() {
         float strength = cell.a > 0.98 ? 60.0 / step_mm : cell.a / (1.0 - cell.a) + (cell.a > 0.5 ? (cell.a - 0.5) * 8.0 / step_mm : 0.0);
         float hidden = 1.0 - exp(-strength * step_mm);
         float lit = face_lit, rim = 0.05 * face_lit;
-        if (!first || cell.a < 0.6) {
+        if (!first || cell.a < 0.3) {
             vec3 d = cell_mm * 1.2;
             vec3 normal = -vec3(at(p + vec3(d.x, 0, 0)).a - at(p - vec3(d.x, 0, 0)).a,
                            at(p + vec3(0, d.y, 0)).a - at(p - vec3(0, d.y, 0)).a,
@@ -63,7 +65,7 @@ void main() {
             float ambient = open_to_light(p, normal);
             // A sky above, a floor below; white stays below white, so that it has a form.
             float sky = 0.5 + 0.5 * normal.z;
-            lit = ambient * (0.26 + 0.16 * sky) + 0.5 * direct * mix(0.6, 1.0, ambient) + 0.06 * facing;
+            lit = ambient * (0.4 + 0.14 * sky) + 0.4 * direct * mix(0.6, 1.0, ambient) + 0.06 * facing;
             // Black has one by what it mirrors.
             vec3 mirrored = reflect(-towards, normal);
             rim = ambient * (0.04 + 0.15 * direct + 0.09 * smoothstep(-0.2, 0.9, mirrored.z) + 0.13 * pow(1.0 - facing, 3.0) + 0.1 * pow(max(dot(mirrored, light), 0.0), 12.0));
