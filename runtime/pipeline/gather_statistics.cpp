@@ -2,12 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/pipeline/gather_statistics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 #include <utility>
 
 #include "abi/halide_hooks.h"
 #include "base/clock.h"
+#include "runtime/pipeline/messages.h"
 #include "runtime/pipeline/overlaps.h"
 #include "runtime/pipeline/part_sizes.h"
 
