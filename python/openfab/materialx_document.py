@@ -49,6 +49,8 @@ class Prepared:
         for graph in graphs:
             for name in ("fileprefix", "colorspace"):
                 graph.removeAttribute(name)
+            for node in graph.getNodes():
+                node.removeAttribute("fileprefix")
 
     def space_of(self, port: Any) -> str:
         """Returns the colour space of an input's value as MaterialX' library names it; "" for linear light."""

@@ -101,6 +101,28 @@ def test_pictures(tmp_path, imported, kind):
     assert all(like(a, b) for a, b in zip(seen, (RED, GREEN, BLUE, YELLOW))), seen
 
 
+def test_the_alpha_of_a_picture_counts_only_where_it_is_connected(tmp_path, imported):
+    written = tmp_path / "photo.usda"
+    textured(written)
+    quads = Image.open(tmp_path / "four squares.png").convert("RGB")
+    quads.putalpha(64)
+    quads.save(tmp_path / "four squares.png")
+    made = imported(written)
+    seen = [made.look(x, y, 3.75) for y in (3.25, 0.75) for x in (0.75, 3.25)]
+    assert all(like(a, b) for a, b in zip(seen, (RED, GREEN, BLUE, YELLOW))), seen
+
+
+@pytest.mark.parametrize("opacity", [0.5, 1])
+def test_a_threshold_of_opacity_is_a_mask(tmp_path, imported, opacity):
+    of = stage(tmp_path / "mask.usda")
+    made, shader = material(of, "/looks/blue", BLUE)
+    shader.CreateInput("opacity", TYPES.Float).Set(opacity)
+    shader.CreateInput("opacityThreshold", TYPES.Float).Set(0.1)
+    bind(cube(of, "/part"), made)
+    of.Save()
+    assert like(imported(tmp_path / "mask.usda").look(2, 2, 3.75), BLUE)
+
+
 @pytest.mark.parametrize("metres, up", [(0.01, "Y"), (1, "Z"), (0.0254, "Y")])
 def test_units_and_axes(tmp_path, imported, metres, up):
     of = stage(tmp_path / "unit.usda", metres, up)

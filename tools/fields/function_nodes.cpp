@@ -24,6 +24,7 @@ using ir::Type;
 constexpr size_t kMostNodes = 50'000;
 /// Numbers of integers are exact as floats up to here.
 constexpr float kMostInteger = 1 << 24;
+constexpr float kMostFactor = 1 << 8;
 
 struct Node {
     const char* kind = nullptr;     ///< null: none does the operation
@@ -410,6 +411,13 @@ NodeValue FunctionNodes::line(const IrLine& line) {
             // A factor of a hash, whose products wrap.
             if (arg(i).is_number && std::fabs(arg(i).number) > kMostInteger)
                 fail(messages::kCalculatesWithBits);
+        }
+        // Numbers of cells stay exact up to 2^16 where they are multiplied by small ones. Other products are of hashes:
+        // they wrap, or need more digits than a number of a function has.
+        if (!is_float && line.op == Op::kMul) {
+            const bool small = (arg(0).is_number && std::fabs(arg(0).number) <= kMostFactor) ||
+                               (arg(1).is_number && std::fabs(arg(1).number) <= kMostFactor);
+            if (!small) fail(messages::kCalculatesWithBits);
         }
         if (is_float && (line.op == Op::kMin || line.op == Op::kMax) &&
             may_be_undefined(line.args[0])) {

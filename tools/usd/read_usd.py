@@ -170,6 +170,9 @@ class Reader:
         look.opacity = 1.0 if opacity is None else min(max(float(opacity), 0.0), 1.0)
         if source:
             self.notes.add("an opacity that is not one number is left out", bound.GetPrim())
+        threshold = source_of(shader, "opacityThreshold")[1] or 0.0
+        if threshold > 0:  # a mask: all there, or not at all
+            look.opacity = 1.0 if look.opacity >= threshold else 0.0
         return look
 
     def material(self, look):
@@ -223,6 +226,8 @@ class Reader:
             own = self.look_of(UsdShade.MaterialBindingAPI(subset.GetPrim()).ComputeBoundMaterial()[0], subset.GetPrim())
             for face in subset.GetIndicesAttr().Get(TIME) or []:
                 looks[face] = own or whole
+        if values_of(prim, "displayOpacity")[0] is not None:
+            self.notes.add("an opacity of points or faces (`displayOpacity`) is left out", prim)
         colors, kind = values_of(prim, "displayColor")
         placed = [self.point(place.Transform(Gf.Vec3d(p))) for p in points]
         lines, known, uv_known, current = [f"o {name}\n"], {}, {}, None
@@ -324,6 +329,8 @@ class Reader:
             raise ValueError("no mesh with faces")
         library = os.path.splitext(output)[0] + ".mtl"
         with open(library, "w", encoding="utf-8") as text:
+            # A picture's alpha counts where a surface's opacity is connected to it, which is told as left out.
+            text.write("# OpenFab: opaque pictures\n")
             text.writelines(self.library)
         with open(output, "w", encoding="utf-8") as text:
             text.write(f"# units: mm\nmtllib {os.path.basename(library)}\n")

@@ -114,6 +114,8 @@ class LibraryReader {
         line = without_blanks(line);
         // Blender writes linear light without a conversion, and reads it so.
         if (number == 1 && line.starts_with("# Blender")) linear_ = true;
+        // Of a file whose format says where alpha counts (tools/usd).
+        if (number == 1 && line.starts_with("# OpenFab: opaque pictures")) opaque_ = true;
         if (line.empty() || line.starts_with('#')) return {};
         line_ = number;
         const std::string word = lower_ascii(std::string(take_first(&line)));
@@ -273,6 +275,7 @@ class LibraryReader {
         const fs::path named = with_slashes(name);
         use.source = (folder_.empty() ? named : folder_ / named).string();
         use.name = utf8_or_latin1(named.filename().string());
+        if (opaque_) use.alpha = PictureUse::Alpha::kOpaque;
         if (map.clamp) use.wrap = {PictureWrap::kClamp, PictureWrap::kClamp};
         now_.look.picture = std::move(use);
         now_.scale = map.scale;
@@ -287,6 +290,7 @@ class LibraryReader {
     int32_t line_ = 0;
     bool open_ = false;
     bool linear_ = false;  ///< colours are linear light
+    bool opaque_ = false;  ///< the alpha of pictures does not count
     MtlMaterial now_;
     std::optional<Rgb> glow_;
     std::optional<double> transparency_, opacity_;

@@ -136,6 +136,16 @@ TEST(FunctionNodes, IntegersThatWrapAreNamed) {
               messages::kCalculatesWithBits);
     EXPECT_THAT(shape_of("    %3 = abs float %2\n    %4 = convert uint %3\n" + of_uint, 5),
                 HasSubstr("<i:floor"));
+    // Products: of cells, by small numbers, and of hashes.
+    const auto product = [&](const std::string& factor) {
+        return shape_of("    %3 = convert int %2\n" + factor + "    %6 = convert float %5\n", 6);
+    };
+    EXPECT_THAT(product("    %4 = const int 3\n    %5 = mul int %3 %4\n"),
+                HasSubstr("<i:multiplication"));
+    EXPECT_EQ(product("    %4 = const int 60000\n    %5 = mul int %3 %4\n"),
+              messages::kCalculatesWithBits);
+    EXPECT_EQ(product("    %4 = const int 1\n    %5 = mul int %3 %3\n"),
+              messages::kCalculatesWithBits);
     // A float has no room for 2^24 + 1.
     EXPECT_EQ(shape_of("    %3 = convert int %2\n    %4 = const int 16777217\n"
                        "    %5 = sub int %3 %4\n    %6 = convert float %5\n",
