@@ -66,20 +66,10 @@ class ShapeValue final : public SolidValue {
 
     Box3f box() const override { return field_.bounds(); }
     void values(std::span<const Vec3f> points, float* out) const override {
-        ShapePoints some;
-        for (const Vec3f& p : points)
-            some.push_back(p);
-        std::vector<float> found;
-        ask([&](ShapeCalls* calls) { return calls->values(some, &found); }, points.size(), &found);
-        std::copy_n(found.begin(), points.size(), out);
+        ask_at(&ShapeCalls::values, points, out);
     }
     void signs(std::span<const Vec3f> points, float* out) const override {
-        ShapePoints some;
-        for (const Vec3f& p : points)
-            some.push_back(p);
-        std::vector<float> found;
-        ask([&](ShapeCalls* calls) { return calls->signs(some, &found); }, points.size(), &found);
-        std::copy_n(found.begin(), points.size(), out);
+        ask_at(&ShapeCalls::signs, points, out);
     }
     void lower_bounds(std::span<const Box3f> boxes, float* out) const override {
         ShapePoints lo, hi;
@@ -92,6 +82,15 @@ class ShapeValue final : public SolidValue {
     }
 
   private:
+    using AtPoints = abi::KernelStatus (ShapeCalls::*)(const ShapePoints&, std::vector<float>*);
+    void ask_at(AtPoints call, std::span<const Vec3f> points, float* out) const {
+        ShapePoints some;
+        for (const Vec3f& p : points)
+            some.push_back(p);
+        std::vector<float> found;
+        ask([&](ShapeCalls* calls) { return (calls->*call)(some, &found); }, points.size(), &found);
+        std::copy_n(found.begin(), points.size(), out);
+    }
     template <typename Call>
     void ask(const Call& call, size_t count, std::vector<float>* out) const {
         ShapeCalls* calls = field_.take();
