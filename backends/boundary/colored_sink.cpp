@@ -43,13 +43,7 @@ Result<void> ColoredSink::begin(const pipeline::PrintInfo& info) {
 }
 
 std::vector<uint8_t> ColoredSink::encode(const pipeline::SliceView& slice) const {
-    std::vector<uint8_t> codes;
-    codes.reserve(static_cast<size_t>(slice.width) * static_cast<size_t>(slice.height));
-    for (int32_t y = 0; y < slice.height; ++y) {
-        for (int32_t x = 0; x < slice.width; ++x)
-            codes.push_back(slice.code(x, y, info_.bits));
-    }
-    return codes;
+    return backends::unpack_slice(slice, info_.bits);
 }
 
 Result<void> ColoredSink::commit(int32_t z, std::vector<uint8_t> bytes) {

@@ -79,6 +79,14 @@ void unpack_row(const pipeline::SliceView& slice, int32_t y, int32_t bits, uint8
     if (slice.width % 2 != 0) codes[slice.width - 1] = row[pairs] & 15;
 }
 
+std::vector<uint8_t> unpack_slice(const pipeline::SliceView& slice, int32_t bits) {
+    const auto width = static_cast<size_t>(slice.width);
+    std::vector<uint8_t> codes(width * static_cast<size_t>(slice.height));
+    for (int32_t y = 0; y < slice.height; ++y)
+        unpack_row(slice, y, bits, codes.data() + static_cast<size_t>(y) * width);
+    return codes;
+}
+
 void pack_row(std::span<const uint8_t> codes, int32_t bits, uint8_t* row) {
     if (bits == 8) {
         std::copy(codes.begin(), codes.end(), row);

@@ -65,6 +65,8 @@ inline size_t packed_row_bytes(int32_t width, int32_t bits) {
 
 /// Unpacks row `y` to one code a byte; `codes` has slice.width elements.
 void unpack_row(const pipeline::SliceView& slice, int32_t y, int32_t bits, uint8_t* codes);
+/// Returns all codes of a slice, one a byte.
+std::vector<uint8_t> unpack_slice(const pipeline::SliceView& slice, int32_t bits);
 /// Packs the codes of a row, one a byte, into its packed_row_bytes.
 void pack_row(std::span<const uint8_t> codes, int32_t bits, uint8_t* row);
 
