@@ -87,6 +87,7 @@ CASES = {
     "splittb below": (graph('<splittb name="x" type="color3">' + port("valuet", "color3", "1, 0, 0") + port("valueb", "color3", "0, 0, 1") + port("center", "float", 0.3) + "</splittb>"), (0.5, 0.2), [0, 0, 1]),
     "a picture of the graph's input": (graph('<input name="picture" type="filename" value="flat.ppm"/><image name="x" type="color3">' + PUBLISHED + "</image>"), (0.5, 0.5), FLAT),
     "its colour space": (graph('<input name="picture" type="filename" value="flat.ppm" colorspace="srgb_texture"/><image name="x" type="color3">' + PUBLISHED + "</image>"), (0.5, 0.5), LIGHT),
+    "a picture with a prefix of the node": (graph('<image name="x" type="color3" fileprefix="wood/"><input name="file" type="filename" value="flat.ppm"/></image>'), (0.5, 0.5), [0, 0, 1]),
     "a picture with a prefix of the graph": (graph('<input name="picture" type="filename" value="flat.ppm"/><image name="x" type="color3">' + PUBLISHED + "</image>", attributes='fileprefix="wood/"'), (0.5, 0.5), [0, 0, 1]),
     "a picture's name behind a dot": (graph('<dot name="d" type="filename">' + port("in", "filename", "flat.ppm", 'colorspace="srgb_texture"') + '</dot><image name="x" type="color3"><input name="file" type="filename" nodename="d"/></image>'), (0.5, 0.5), LIGHT),
     "a tiled picture of the graph's input": (graph('<input name="picture" type="filename" value="flat.ppm" colorspace="srgb_texture"/><tiledimage name="x" type="color3">' + PUBLISHED + port("uvtiling", "vector2", "3, 3") + "</tiledimage>"), (0.5, 0.5), LIGHT),
