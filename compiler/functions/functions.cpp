@@ -120,6 +120,14 @@ struct PlainArgs {
     }
 };
 
+struct WideArgs {
+    std::span<const double> values;
+    template <typename T>
+    T number(const ir::Instr&, size_t k) const {
+        return static_cast<T>(values[k]);
+    }
+};
+
 struct EmitArgs {
     ir::Builder* builder;
     template <typename T>
@@ -127,6 +135,55 @@ struct EmitArgs {
         return {builder, instr.args[k]};
     }
 };
+
+double elementary_wide(Op op, double x, double y) {
+    switch (op) {
+        case Op::kSin:
+            return std::sin(x);
+        case Op::kCos:
+            return std::cos(x);
+        case Op::kTan:
+            return std::tan(x);
+        case Op::kAsin:
+            return std::asin(x);
+        case Op::kAcos:
+            return std::acos(x);
+        case Op::kAtan:
+            return std::atan(x);
+        case Op::kAtan2:
+            return std::atan2(x, y);
+        case Op::kSinh:
+            return std::sinh(x);
+        case Op::kCosh:
+            return std::cosh(x);
+        case Op::kTanh:
+            return std::tanh(x);
+        case Op::kExp:
+            return std::exp(x);
+        case Op::kExp2:
+            return std::exp2(x);
+        case Op::kLog:
+            return std::log(x);
+        case Op::kLog2:
+            return std::log2(x);
+        case Op::kLog10:
+            return std::log10(x);
+        case Op::kPow:
+            return std::pow(x, y);
+        case Op::kCbrt:
+            return std::cbrt(x);
+            OPENFAB_IR_CASES(HASHES)
+            OPENFAB_IR_CASES(NOISES)
+            OPENFAB_IR_CASES(LEAVES)
+            OPENFAB_IR_CASES(CHOICES)
+            OPENFAB_IR_CASES(LOOKUPS)
+            OPENFAB_IR_CASES(CONTROL)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            OPENFAB_IR_CASES(OPERATIONS)
+            break;
+    }
+    return x;
+}
 
 bool is_noise(Op op) {
     return ir::family(op) == ir::Family::kNoise;
@@ -163,6 +220,11 @@ uint32_t evaluate(const ir::Instr& instr, std::span<const uint32_t> args) {
     }
     const float x = ir::as_float(args[0]);
     return ir::as_bits(elementary<Plain>(instr.op, x, args.size() > 1 ? ir::as_float(args[1]) : x));
+}
+
+double evaluate_wide(const ir::Instr& instr, std::span<const double> args) {
+    if (is_noise(instr.op)) return noise<Wide>(instr, args.size(), WideArgs{args});
+    return elementary_wide(instr.op, args[0], args.back());
 }
 
 std::optional<uint32_t> fold(const ir::Stage& stage, const ir::Instr& instr) {

@@ -19,6 +19,10 @@ namespace openfab::functions {
 /// Returns the bits of a function's result; `args` are the bits of its arguments.
 uint32_t evaluate(const ir::Instr& instr, std::span<const uint32_t> args);
 
+/// Returns a function's result in double, from arguments in double or integers; not of a hash. The elementary ones are
+/// the C library's.
+double evaluate_wide(const ir::Instr& instr, std::span<const double> args);
+
 /// Returns the bits of an operation's or a function's result if all its arguments are constants of
 /// the stage; empty otherwise, and for lookups, loops, queries and printfs.
 std::optional<uint32_t> fold(const ir::Stage& stage, const ir::Instr& instr);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Two machines that run one formula: Plain computes on 32-bit scalars, Emit appends the operations
-// to an IR stage. A formula is a template over the machine, so that the interpreter, the constant
+// Machines that run one formula: Plain computes on 32-bit scalars, Emit appends the operations
+// to an IR stage, and Wide computes noises in double, for the oracle of derivatives. A formula is a template over the machine, so that the interpreter, the constant
 // folder and generated code cannot differ. A machine has types F, I, U, B (float, int, uint, bool)
 // with C++ operators, and the static functions below. Formulas use operations that all targets
 // compute alike: + - * / on floats, sqrt, floor, comparisons, selects and integer operations.
@@ -15,6 +15,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 #include "compiler/ir/arithmetic.h"
 #include "compiler/ir/ir.h"
@@ -47,6 +48,25 @@ struct Plain {
     static F to_float(I x) { return static_cast<F>(x); }
     /// Fills with the sign bit.
     static U shift_down(U x, U count) { return static_cast<U>(static_cast<I>(x) >> count); }
+};
+
+/// Plain with floats in double, for formulas whose `bits` are those of whole numbers below 2^23 or of a float whose
+/// sign alone changes (flip). Elementary functions are none of these: they have polynomials for float.
+struct Wide : Plain {
+    using F = double;
+
+    template <typename A, typename B>
+    static std::common_type_t<A, B> select(bool condition, A a, B b) {
+        return condition ? a : b;
+    }
+    template <typename T>
+    static T constant(F /*beside*/, T value) {
+        return value;
+    }
+    static F floor(F x) { return std::floor(x); }
+    static F sqrt(F x) { return std::sqrt(x); }
+    static U bits(F x) { return ir::as_bits(static_cast<float>(x)); }
+    static F to_float(I x) { return static_cast<F>(x); }
 };
 
 /// A value of the stage under construction.

@@ -55,7 +55,11 @@ Cell<M> cell_of(typename M::F x, typename M::I period) {
 
 template <typename M>
 typename M::F flip(typename M::F x, typename M::U sign) {
-    return M::from_bits(M::bits(x) ^ sign);
+    if constexpr (std::is_same_v<M, Wide>) {
+        return sign == 0 ? x : -x;
+    } else {
+        return M::from_bits(M::bits(x) ^ sign);
+    }
 }
 
 template <typename M>

@@ -37,6 +37,10 @@ class Environment {
 /// A lookup whose guard is false reads nothing and yields 0.
 std::vector<uint32_t> evaluate(const ir::Stage& stage, const Environment& environment);
 
+/// Returns the bits of a lookup whose guard holds; `args` are those of a Sample.
+uint32_t evaluate_sample(const TextureView& texture, int32_t channel,
+                         std::span<const uint32_t> args);
+
 /// Returns the bits of every instruction, for tests; inside a loop those of the last iteration, 0
 /// if none ran.
 std::vector<uint32_t> evaluate_all(const ir::Stage& stage, const Environment& environment);
