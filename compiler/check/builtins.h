@@ -68,7 +68,7 @@ enum class Shape : uint8_t {
     kBool,        ///< all arguments to bools of one size, which is that of the result
     kSelect,      ///< a condition and two values of one type
     kBits,        ///< one numeric argument; the result type is in the name, or uint
-    kOwn,         ///< see compiler/check/check_functions.cpp; arity is the maximum
+    kOwn,         ///< see compiler/check/own_functions.cpp; arity   is the maximum
 };
 
 struct IntrinsicInfo {

@@ -10,7 +10,7 @@
 //   dot(a,b) = ((a.x*b.x + a.y*b.y) + a.z*b.z) + a.w*b.w, length(v) = sqrt(dot(v,v)), distance(a,b) = length(a-b)
 //   normalize(v) = v/length(v), reflect(i,n) = i - (2*dot(i,n))*n, cross(a,b).x = a.y*b.z - a.z*b.y
 //   faceforward(n,i,g) = dot(i,g)<0 ? n : -n
-//   select(c,a,b) = c ? a : b with all three evaluated, and(a,b) or(a,b) of bools (compiler/check/check_choice.cpp)
+//   select(c,a,b) = c ? a : b with all three evaluated, and(a,b) or(a,b) of bools (compiler/check/conditions.cpp)
 //
 // A switch over them has no `default`: it names the functions that it builds and the families of the others by
 // OPENFAB_INTRINSIC_CASES, so that the build fails wherever a new row must be handled.
@@ -89,7 +89,7 @@
     X(FirstBitHigh, "firstbithigh", 1, kBits) \
     X(FirstBitLow, "firstbitlow", 1, kBits)
 
-// Those below are typed one by one in compiler/check/check_functions.cpp. Results in `out` parameters:
+// Those below are typed one by one in compiler/check/own_functions.cpp. Results in `out` parameters:
 #define OPENFAB_SEVERAL_INTRINSICS(X) \
     X(Sincos, "sincos", 3, kOwn) \
     X(Modf, "modf", 2, kOwn) \

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Calls of transcendental functions, noises, hashes, derivatives and bit operations. Names, types
-// and defaults: check_functions.cpp. Formulas: formulas.cpp, compiler/functions.
+// and defaults: own_functions.cpp. Formulas: formulas.cpp, compiler/functions.
 
 #include <array>
 
