@@ -1,13 +1,12 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The attributes of stages, `attr.voxelCenter`: which there are, and help with names that may mean one.
+// The attributes of stages, `attr.voxelCenter`: which there are.
+#include "compiler/check/attributes.h"
+
 #include <fmt/format.h>
 
-#include <string>
-
-#include "compiler/check/expression_checker.h"
-#include "compiler/check/foreign_names.h"
+#include "compiler/check/uses.h"
 
 namespace openfab::check {
 
@@ -57,85 +56,13 @@ std::vector<StructMember> attribute_members(const Type& attributes) {
     return out;
 }
 
-/// Returns the attributes of the stage or function, or null.
-const Symbol* ExpressionChecker::attributes() const {
-    for (const Scope& scope : scopes_) {
-        for (const auto& [text, symbol] : scope) {
-            if (symbol->type.is_attributes()) return symbol;
-        }
-    }
-    return nullptr;
-}
-
-/// Returns help for a name of another language, or one that exists only in the surface stage.
-std::string ExpressionChecker::help_for_name(std::string_view name) const {
-    std::string foreign_help = foreign_name_help(name);
-    if (!foreign_help.empty()) return foreign_help;
+std::optional<Attribute> find_attribute(std::string_view name, const Type& attributes, Type* type) {
     for (const AttributeInfo& info : kAttributes) {
-        if (info.name != name) continue;
-        const Symbol* symbol = attributes();
-        if (symbol == nullptr) break;
-        if ((info.of & stage_of(symbol->type)) != 0)
-            return fmt::format("write `{}.{}`", symbol->name, name);
+        if (info.name != name || (info.of & stage_of(attributes)) == 0) continue;
+        *type = info.type;
+        return info.id;
     }
-    if (name == "attr") {
-        switch (context_) {
-            case StageContext::kVolume:
-                return "declare it: `@Volume(@varying { VolumeAttributes attr })`";
-            case StageContext::kSurface:
-                return "declare it: `@Surface(@varying { SurfaceAttributes attr })`";
-            case StageContext::kDither:
-                return "declare it: `@Dither(@varying { DitherAttributes attr })`";
-            case StageContext::kShape:
-                return "declare it: `@Shape(@varying { ShapeAttributes attr })`";
-            case StageContext::kGrow:
-                return "declare it: `@Grow(@varying { GrowAttributes attr, Node parent })`";
-            case StageContext::kGlobal:
-            case StageContext::kFunction:
-                break;
-        }
-    }
-    if (context_ != StageContext::kVolume) return "";
-    for (const auto* list :
-         {&fablet_->ir.surface_outputs, &fablet_->ir.surface_inputs, &fablet_->ir.shape_outputs}) {
-        for (const ir::Varying& v : *list) {
-            if (v.name != name) continue;
-            return fmt::format(
-                "the {} stage has it: add `@nearest {} {}` to the varyings of this one",
-                list != &fablet_->ir.shape_outputs ? "surface"
-                : !fablet_->node.is_error()        ? "grow"
-                                                   : "shape",
-                v.type_name, v.name);
-        }
-    }
-    if (name == "uv")
-        return "texture coordinates come from the mesh: add `@nearest float2 uv` to the varyings";
-    return "";
-}
-
-ExprPtr ExpressionChecker::attribute_member(const ast::Expr& expr, ExprPtr object) {
-    const unsigned stage = stage_of(object->type);
-    std::vector<std::string> names;
-    std::string list;
-    for (const AttributeInfo& info : kAttributes) {
-        if ((info.of & stage) == 0) continue;
-        if (info.name == expr.text) {
-            ExprPtr out = make(ExprKind::kAttribute, info.type, expr.span);
-            out->attribute = info.id;
-            record_use(expr.text_span, StructMember{std::string(info.name), info.type, {}});
-            return out;
-        }
-        names.emplace_back(info.name);
-        list += fmt::format("{}`{}`", list.empty() ? "" : ", ", info.name);
-    }
-    diag::Diagnostic& d =
-        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
-    if (const std::string help = foreign_attribute_help(expr.text, object->type); !help.empty()) {
-        d.help(help);
-    } else {
-        d.suggest(expr.text_span, expr.text, names, "it has " + list);
-    }
-    return poison(expr.span);
+    return std::nullopt;
 }
 
 }  // namespace openfab::check

@@ -1,8 +1,13 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
+#include "compiler/check/checker.h"
+
 #include <fmt/format.h>
 
-#include "compiler/check/checker.h"
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
 
 namespace openfab::check {
 
@@ -30,17 +35,15 @@ bool same_parameters(const Function& a, const Function& b) {
 }
 
 Program check(const std::vector<Unit>& units, const CheckOptions& options, diag::Sink* sink) {
-    return Checker(sink).run(units, options);
+    Program program;
+    Checker(options, &program, sink).run(units, options);
+    return program;
 }
 
-Program Checker::run(const std::vector<Unit>& units, const CheckOptions& options) {
-    Program program;
-    program_ = &program;
-    uses_ = options.uses;
-    module_of_ = options.module_of;
+void Checker::run(const std::vector<Unit>& units, const CheckOptions& options) {
     std::vector<Exports> done;
     for (size_t i = 0; i < units.size(); ++i) {
-        check_unit(units[i], &done, &program);
+        check_unit(units[i], &done);
         if (!options.rule.name.empty() && i == options.rule.unit)
             find_rule(units[i], done[i], options.rule.name);
     }
@@ -49,27 +52,18 @@ Program Checker::run(const std::vector<Unit>& units, const CheckOptions& options
     if (file.fablets.empty() && (options.need_fablet || empty) && sink_->errors() == 0) {
         sink_->report(file.end, diag::kNoFablet);
     }
-    return program;
 }
 
-void Checker::check_unit(const Unit& unit, std::vector<Exports>* done, Program* program) {
+void Checker::check_unit(const Unit& unit, std::vector<Exports>* done) {
     const ast::File& file = *unit.file;
-    scopes_.assign(1, {});
-    visible_functions_.clear();
-    imported_functions_.clear();
-    private_names_.clear();
-    file_begin_ = file.begin;
-    uniform_names_.clear();
-    for (const ast::Fablet& fablet : file.fablets) {
-        for (const ast::Variable& v : fablet.uniforms)
-            uniform_names_.emplace(v.name, v.span);
-    }
+    names_.begin_file();
+    unknown_.begin_file(file);
     import_names(unit, *done);
-    scopes_.emplace_back();
-    check_scope(file.scope, nullptr, nullptr, &program->constants, &program->functions);
-    done->push_back({scopes_.back(), visible_functions_});
-    check_file_fablets(file, program);
-    check_recursion(program->functions);
+    names_.open();
+    declarations_.scope(file.scope, {}, {}, &program_.constants, &program_.functions);
+    done->push_back({names_.scopes().back(), names_.functions()});
+    check_fablets(file);
+    check_recursion(program_.functions, sink_);
 }
 
 /// Adds the exports of the modules that `unit` imports, as an outermost scope.
@@ -88,27 +82,27 @@ void Checker::import_names(const Unit& unit, const std::vector<Exports>& done) {
         const Exports& module = done[unit.imports[i]];
         for (const auto& [name, symbol] : module.names) {
             if (is_private(name)) {
-                private_names_.emplace(name, unit.file->imports[i].name);
+                names_.add_private(name, std::string(unit.file->imports[i].name));
                 continue;
             }
             const bool fresh = known.try_emplace(name, Origin{i, symbol->span}).second;
-            const auto [at, added] = scopes_.back().emplace(name, symbol);
+            const auto [at, added] = names_.imports().emplace(name, symbol);
             if (!fresh && (added || at->second != symbol)) clash(name, i, symbol->span);
         }
         for (const Function* f : module.functions) {
             if (is_private(f->name)) {
-                private_names_.emplace(f->name, unit.file->imports[i].name);
+                names_.add_private(f->name, std::string(unit.file->imports[i].name));
                 continue;
             }
             known.try_emplace(f->name, Origin{i, f->span});
             bool again = false;
-            bool other = scopes_.back().count(f->name) != 0;
-            for (const Function* g : imported_functions_) {
+            bool other = names_.imports().count(f->name) != 0;
+            for (const Function* g : names_.imported()) {
                 again = again || f == g;
                 other = other || (f->name == g->name && same_parameters(*f, *g));
             }
             if (other && !again) clash(f->name, i, f->span);
-            if (!again) imported_functions_.push_back(f);
+            if (!again) names_.import(f);
         }
     }
 }
@@ -124,7 +118,7 @@ void Checker::find_rule(const Unit& unit, const Exports& exports, const std::str
         if (fits) rules.push_back(f->name);
         if (f->name != name) continue;
         if (fits) {
-            rule_ = f;
+            fablets_.set_rule(f);
             return;
         }
         other = f;
@@ -149,7 +143,7 @@ void Checker::find_rule(const Unit& unit, const Exports& exports, const std::str
     d.help(fmt::format("the dither rules of module `{}` are {}", unit.name, list));
 }
 
-void Checker::check_file_fablets(const ast::File& file, Program* program) {
+void Checker::check_fablets(const ast::File& file) {
     std::map<std::string_view, source::Span> names;
     for (const ast::Fablet& fablet : file.fablets) {
         const auto [known, fresh] = names.emplace(fablet.name, fablet.span);
@@ -157,8 +151,8 @@ void Checker::check_file_fablets(const ast::File& file, Program* program) {
             sink_->report(fablet.span, diag::kRedeclared, fablet.name)
                 .note(known->second, "the first one is here");
         }
-        program->fablets.emplace_back();
-        check_fablet(fablet, &program->fablets.back());
+        program_.fablets.emplace_back();
+        fablets_.check(fablet, &program_.fablets.back());
     }
 }
 

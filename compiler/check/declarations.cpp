@@ -1,12 +1,15 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
+#include "compiler/check/declarations.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <set>
-
-#include "compiler/check/checker.h"
+#include <string_view>
+#include <utility>
 
 namespace openfab::check {
 
@@ -37,9 +40,9 @@ std::vector<Item> items_of(const ast::Scope& scope) {
     return out;
 }
 
-using Names = std::set<std::string_view>;
+using Mentioned = std::set<std::string_view>;
 
-bool mentions(const ast::Expr* expr, const Names& names) {
+bool mentions(const ast::Expr* expr, const Mentioned& names) {
     if (expr == nullptr) return false;
     if (expr->kind == ast::ExprKind::kName && names.count(expr->text) != 0) return true;
     return std::any_of(expr->args.begin(), expr->args.end(),
@@ -57,51 +60,95 @@ void check_defaults_order(const Function& f, diag::Sink* sink) {
     }
 }
 
+constexpr size_t kMaxNames = 256;
+
+/// Returns the text of a `string label = "…"`; empty without one.
+std::string label_of(const ast::Variable& item) {
+    for (const ast::Annotation& a : item.annotations) {
+        if (a.name == "label" && a.value != nullptr &&
+            a.value->kind == ast::ExprKind::kStringLiteral)
+            return one_line(a.value->text);
+    }
+    return "";
+}
+
+/// Returns the one of `choices` that has this name or label, or null.
+const Choice* find_choice(const std::vector<Choice>& choices, std::string_view name) {
+    const auto found = std::find_if(choices.begin(), choices.end(), [&](const Choice& one) {
+        return one.name == name || one.label == name;
+    });
+    return found == choices.end() ? nullptr : &*found;
+}
+
+enum class Visit : uint8_t { kOpen, kDone };
+
+/// Reports the call that closes a cycle, for every cycle that a depth-first search from `f` finds.
+void visit_calls(const Function* f, std::map<const Function*, Visit>* visits, diag::Sink* sink) {
+    (*visits)[f] = Visit::kOpen;
+    for (const Function::CallSite& call : f->calls) {
+        const auto known = visits->find(call.function);
+        if (known == visits->end()) {
+            visit_calls(call.function, visits, sink);
+        } else if (known->second == Visit::kOpen) {
+            sink->report(call.span, diag::kRecursion, call.function->name)
+                .note(call.function->span,
+                      fmt::format("`{}` is declared here", call.function->name))
+                .help("OpenFL has no recursion: write a loop");
+        }
+    }
+    (*visits)[f] = Visit::kDone;
+}
+
 }  // namespace
+
+/// Returns a text without what separates names and labels.
+std::string one_line(std::string_view text) {
+    std::string out(text);
+    std::replace_if(
+        out.begin(), out.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
+    return out;
+}
 
 /// Structs and constants may depend on each other and are checked in source order; functions may be
 /// declared anywhere. Whatever may use a uniform or a function is therefore checked later.
-void Checker::check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fablet* to,
-                          std::vector<std::unique_ptr<Symbol>>* constants,
-                          std::vector<std::unique_ptr<Function>>* functions) {
-    Names later;
+void Declarations::scope(const ast::Scope& from, const std::vector<ast::Variable>& uniforms,
+                         const std::function<void(const ast::Variable&)>& check_uniform,
+                         std::vector<std::unique_ptr<Symbol>>* constants,
+                         std::vector<std::unique_ptr<Function>>* functions) {
+    Mentioned later;
     for (const ast::Function& f : from.functions)
         later.insert(f.name);
-    if (fablet != nullptr) {
-        for (const ast::Variable& v : fablet->uniforms)
-            later.insert(v.name);
-    }
+    for (const ast::Variable& v : uniforms)
+        later.insert(v.name);
     std::vector<const ast::Variable*> late;
     for (const Item& item : items_of(from)) {
         if (item.record != nullptr) {
-            declare_struct(*item.record);
+            expressions_.types().declare_struct(*item.record);
         } else if (item.names != nullptr) {
             declare_enum(*item.names, constants);
         } else if (mentions(item.constant->init.get(), later)) {
             later.insert(item.constant->name);
             late.push_back(item.constant);
         } else {
-            check_constant(*item.constant, constants);
+            constant(*item.constant, constants);
         }
     }
-    if (fablet != nullptr) {
-        for (const ast::Variable& v : fablet->uniforms)
-            check_uniform(v, to);
-    }
+    for (const ast::Variable& v : uniforms)
+        check_uniform(v);
     declare_functions(from.functions, functions);
     for (const ast::Variable* v : late)
-        check_constant(*v, constants);
-    check_functions(from.functions, *functions);
+        constant(*v, constants);
+    check_bodies(from.functions, *functions);
 }
 
-void Checker::check_constant(const ast::Variable& v, std::vector<std::unique_ptr<Symbol>>* to) {
-    context_ = StageContext::kGlobal;
+void Declarations::constant(const ast::Variable& v, std::vector<std::unique_ptr<Symbol>>* to) {
+    place_.context = StageContext::kGlobal;
     auto symbol = std::make_unique<Symbol>();
     symbol->kind = SymbolKind::kConstant;
     symbol->name = v.name;
     symbol->span = v.span;
     symbol->is_const = true;
-    symbol->type = declared_type(v);
+    symbol->type = expressions_.types().declared_type(v);
     const Type& type = symbol->type;
     const bool computed = type == kVoidType || type.is_attributes() ||
                           contains(type, Base::kSurfacePoint) || contains(type, Base::kComposition);
@@ -126,18 +173,18 @@ void Checker::check_constant(const ast::Variable& v, std::vector<std::unique_ptr
         symbol->type = {};
     }
     if (v.init != nullptr && !symbol->type.is_error()) {
-        symbol->init = initializer(*v.init, symbol->type);
+        symbol->init = expressions_.initializers().of(*v.init, symbol->type);
         if (symbol->init->type.is_error()) {
             symbol->type = {};
         } else {
             symbol->known = known_bits(*symbol->init);
         }
     }
-    declare(symbol.get());
+    names_.declare(symbol.get());
     to->push_back(std::move(symbol));
 }
 
-std::unique_ptr<Symbol> Checker::parameter(const ast::Variable& v) {
+std::unique_ptr<Symbol> Declarations::parameter(const ast::Variable& v) {
     auto symbol = std::make_unique<Symbol>();
     symbol->kind = SymbolKind::kParameter;
     symbol->name = v.name;
@@ -145,7 +192,7 @@ std::unique_ptr<Symbol> Checker::parameter(const ast::Variable& v) {
     symbol->is_const = v.is_const;
     symbol->is_in = v.is_in || !v.is_out;
     symbol->is_out = v.is_out;
-    symbol->type = declared_type(v);
+    symbol->type = expressions_.types().declared_type(v);
     const Type& type = symbol->type;
     if (type.is(Base::kVoid) || (v.is_out && (type.is_attributes() || type.is_handle()))) {
         sink_->report(v.type.span, diag::kBadDeclaration,
@@ -155,25 +202,25 @@ std::unique_ptr<Symbol> Checker::parameter(const ast::Variable& v) {
     } else if (v.init != nullptr && v.is_out) {
         sink_->report(v.init->span, diag::kBadDeclaration, "an `out` parameter has no default");
     } else if (v.init != nullptr && !type.is_error()) {
-        context_ = StageContext::kGlobal;
+        place_.context = StageContext::kGlobal;
         auto fallback = std::make_unique<Symbol>();
         fallback->kind = SymbolKind::kConstant;
         fallback->name = v.name;
         fallback->span = v.span;
         fallback->type = type;
-        fallback->init = initializer(*v.init, type);
+        fallback->init = expressions_.initializers().of(*v.init, type);
         symbol->fallback = std::move(fallback);
     }
     return symbol;
 }
 
-void Checker::declare_functions(const std::vector<ast::Function>& from,
-                                std::vector<std::unique_ptr<Function>>* to) {
+void Declarations::declare_functions(const std::vector<ast::Function>& from,
+                                     std::vector<std::unique_ptr<Function>>* to) {
     for (const ast::Function& f : from) {
         auto function = std::make_unique<Function>();
         function->name = f.name;
         function->span = f.span;
-        function->return_type = declared_type(f.return_type);
+        function->return_type = expressions_.types().declared_type(f.return_type);
         if (function->return_type.is_attributes()) {
             sink_->report(f.return_type.span, diag::kBadDeclaration,
                           fmt::format("a function cannot return `{}`", f.return_type.text));
@@ -182,71 +229,99 @@ void Checker::declare_functions(const std::vector<ast::Function>& from,
         for (const ast::Variable& v : f.parameters)
             function->parameters.push_back(parameter(v));
         check_defaults_order(*function, sink_);
-        for (const Function* known : visible_functions_) {
+        for (const Function* known : names_.functions()) {
             if (known->name != f.name || !same_parameters(*known, *function)) continue;
             sink_->report(f.span, diag::kRedeclared, f.name)
                 .note(known->span, "the first one is here, with the same parameters");
         }
-        record_use(function->span, *function);
-        visible_functions_.push_back(function.get());
+        names_.record_use(function->span, *function);
+        names_.add(function.get());
         to->push_back(std::move(function));
     }
 }
 
-void Checker::check_functions(const std::vector<ast::Function>& from,
-                              const std::vector<std::unique_ptr<Function>>& to) {
+void Declarations::check_bodies(const std::vector<ast::Function>& from,
+                                const std::vector<std::unique_ptr<Function>>& to) {
     const size_t first = to.size() - from.size();  // those of modules come first
     for (size_t i = 0; i < from.size(); ++i) {
-        context_ = StageContext::kFunction;
-        unknown_names_.clear();
-        function_ = to[first + i].get();
-        return_type_ = function_->return_type;
-        loops_ = switches_ = 0;
-        scopes_.emplace_back();
-        for (const auto& p : function_->parameters)
-            declare(p.get());
-        // Parameters and the body share one scope, as in HLSL.
-        function_->body = std::make_unique<Stmt>();
-        function_->body->span = from[i].body->span;
-        for (const ast::StmtPtr& child : from[i].body->body) {
-            if (child->kind == ast::StmtKind::kDeclaration) {
-                declaration(*child, &function_->body->body);
-            } else {
-                function_->body->body.push_back(statement(*child));
-            }
-        }
-        scopes_.pop_back();
-        function_ = nullptr;
+        place_.context = StageContext::kFunction;
+        unknown_.begin_body();
+        Function& function = *to[first + i];
+        place_.function = &function;
+        names_.open();
+        for (const auto& p : function.parameters)
+            names_.declare(p.get());
+        function.body = statements_.function(*from[i].body, function.return_type);
+        names_.close();
+        place_.function = nullptr;
     }
 }
 
-namespace {
-
-enum class Visit : uint8_t { kOpen, kDone };
-
-/// Reports the call that closes a cycle, for every cycle that a depth-first search from `f` finds.
-void visit_calls(const Function* f, std::map<const Function*, Visit>* visits, diag::Sink* sink) {
-    (*visits)[f] = Visit::kOpen;
-    for (const Function::CallSite& call : f->calls) {
-        const auto known = visits->find(call.function);
-        if (known == visits->end()) {
-            visit_calls(call.function, visits, sink);
-        } else if (known->second == Visit::kOpen) {
-            sink->report(call.span, diag::kRecursion, call.function->name)
-                .note(call.function->span,
-                      fmt::format("`{}` is declared here", call.function->name))
-                .help("OpenFL has no recursion: write a loop");
-        }
+void Declarations::declare_enum(const ast::Enum& from,
+                                std::vector<std::unique_ptr<Symbol>>* constants) {
+    place_.context = StageContext::kGlobal;
+    auto type = std::make_unique<Symbol>();
+    type->kind = SymbolKind::kType;
+    type->name = from.name;
+    type->span = from.span;
+    type->is_const = true;
+    type->type = kIntType;
+    if (!find_type(from.name).is_error()) {
+        sink_
+            ->report(from.span, diag::kBadDeclaration,
+                     fmt::format("`{}` is a built-in type", from.name))
+            .help("give the enum another name");
+        return;
     }
-    (*visits)[f] = Visit::kDone;
+    if (from.items.empty()) {
+        sink_->report(from.span, diag::kBadDeclaration,
+                      fmt::format("enum `{}` has no names", from.name));
+    }
+    if (from.items.size() > kMaxNames) {
+        sink_->report(from.span, diag::kTooComplex,
+                      fmt::format("enum `{}` has more than {} names", from.name, kMaxNames));
+        return;
+    }
+    names_.declare(type.get());
+    int64_t next = 0;
+    for (const ast::Variable& item : from.items) {
+        auto symbol = std::make_unique<Symbol>();
+        symbol->kind = SymbolKind::kConstant;
+        symbol->name = item.name;
+        symbol->span = item.span;
+        symbol->is_const = true;
+        symbol->type = kIntType;
+        if (item.init != nullptr)
+            next = expressions_.types()
+                       .constant_int(*item.init, "the value of an enum's name")
+                       .value_or(0);
+        if (next > INT32_MAX) {
+            sink_->report(item.span, diag::kNarrowing, std::to_string(next), "int");
+            next = 0;
+        }
+        const auto bits = static_cast<uint32_t>(static_cast<int32_t>(next));
+        symbol->init = make(ExprKind::kConstant, kIntType, item.span);
+        symbol->init->bits = bits;
+        symbol->known = bits;
+        const std::string label = label_of(item);
+        const Choice* known = label.empty() ? nullptr : find_choice(type->choices, label);
+        if (known != nullptr)
+            sink_->report(item.span, diag::kBadDeclaration,
+                          fmt::format("`{}` already stands for `{}`", label, known->name));
+        type->choices.push_back({std::string(item.name),
+                                 label.empty() ? std::string(item.name) : label,
+                                 static_cast<int32_t>(next)});
+        ++next;
+        names_.declare(symbol.get());
+        constants->push_back(std::move(symbol));
+    }
+    expressions_.types().keep(std::move(type));
 }
 
-}  // namespace
-
-void Checker::check_recursion(const std::vector<std::unique_ptr<Function>>& functions) {
+void check_recursion(const std::vector<std::unique_ptr<Function>>& functions, diag::Sink* sink) {
     std::map<const Function*, Visit> visits;
     for (const auto& f : functions) {
-        if (visits.count(f.get()) == 0) visit_calls(f.get(), &visits, sink_);
+        if (visits.count(f.get()) == 0) visit_calls(f.get(), &visits, sink);
     }
 }
 

@@ -1,57 +1,21 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Scopes, and the types that declarations name.
+#include "compiler/check/declared_types.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
-#include "compiler/check/expression_checker.h"
 #include "compiler/check/foreign_names.h"
+#include "compiler/check/limits.h"
 
 namespace openfab::check {
 
-const Symbol* ExpressionChecker::find(std::string_view name) const {
-    for (auto scope = scopes_.rbegin(); scope != scopes_.rend(); ++scope) {
-        const auto found = scope->find(name);
-        if (found != scope->end()) return found->second;
-    }
-    return nullptr;
-}
-
-void ExpressionChecker::record_use(const source::Span& at, const Symbol& symbol) {
-    if (uses_ == nullptr || at.file == 0) return;
-    uses_->names.push_back({at, symbol.span, UseKind::kSymbol, symbol.kind, symbol.name,
-                            symbol.type, symbol.is_const, nullptr});
-}
-
-void ExpressionChecker::record_use(const source::Span& at, const Function& function) {
-    if (uses_ == nullptr) return;
-    uses_->names.push_back({at, function.span, UseKind::kFunction, SymbolKind::kLocal,
-                            function.name, function.return_type, true, &function});
-}
-
-void ExpressionChecker::record_use(const source::Span& at, const StructMember& member) {
-    if (uses_ == nullptr) return;
-    uses_->names.push_back({at, member.span, UseKind::kMember, SymbolKind::kLocal, member.name,
-                            member.type, false, nullptr});
-}
-
-bool ExpressionChecker::declare(const Symbol* symbol) {
-    record_use(symbol->span, *symbol);
-    const auto [known, fresh] = scopes_.back().emplace(symbol->name, symbol);
-    if (!fresh) {
-        diag::Diagnostic& d = sink_->report(symbol->span, diag::kRedeclared, symbol->name);
-        if (known->second->span.file != 0) d.note(known->second->span, "the first one is here");
-    }
-    return fresh;
-}
-
-Type ExpressionChecker::declared_type(const ast::TypeRef& ref) {
-    const Symbol* symbol = find(ref.text);
+Type DeclaredTypes::declared_type(const ast::TypeRef& ref) {
+    const Symbol* symbol = names_.find(ref.text);
     if (symbol != nullptr && symbol->kind == SymbolKind::kType) {
-        record_use(ref.span, *symbol);
+        names_.record_use(ref.span, *symbol);
         return symbol->type;
     }
     const Type found = find_type(ref.text);
@@ -64,7 +28,7 @@ Type ExpressionChecker::declared_type(const ast::TypeRef& ref) {
         return {};
     }
     std::vector<std::string> names = type_names();
-    for (const auto& name : types_)
+    for (const auto& name : declared_)
         names.push_back(name->name);
     d.suggest(ref.span, ref.text, names,
               "OPENFL.md lists the types in section 3: `bool`, `int`, `uint`, `float`, `float3`, "
@@ -72,8 +36,8 @@ Type ExpressionChecker::declared_type(const ast::TypeRef& ref) {
     return {};
 }
 
-std::optional<int32_t> ExpressionChecker::constant_int(const ast::Expr& expr, const char* what) {
-    const ExprPtr value = convert(expression(expr), kIntType);
+std::optional<int32_t> DeclaredTypes::constant_int(const ast::Expr& expr, const char* what) {
+    const ExprPtr value = conversions_.implicit(expressions_.expression(expr), kIntType);
     if (value->type.is_error()) return std::nullopt;
     const std::optional<uint32_t> bits = known_bits(*value);
     if (!bits) {
@@ -84,9 +48,8 @@ std::optional<int32_t> ExpressionChecker::constant_int(const ast::Expr& expr, co
 }
 
 /// Returns an array's extent: `written`, or as many as the list `counted` has, if it is one.
-std::optional<int> ExpressionChecker::extent(const ast::Expr* written, std::string_view name,
-                                             const source::Span& brackets,
-                                             const ast::Expr* counted) {
+std::optional<int> DeclaredTypes::extent(const ast::Expr* written, std::string_view name,
+                                         const source::Span& brackets, const ast::Expr* counted) {
     std::optional<int32_t> count;
     if (written != nullptr) {
         count = constant_int(*written, "the size of an array");
@@ -106,14 +69,14 @@ std::optional<int> ExpressionChecker::extent(const ast::Expr* written, std::stri
     return *count;
 }
 
-Type ExpressionChecker::declared_type(const ast::Variable& v) {
+Type DeclaredTypes::declared_type(const ast::Variable& v) {
     return v.extents.empty() ? declared_type(v.type)
                              : array_type(v.type, v.name, v.extents, v.array_span, v.init.get());
 }
 
-Type ExpressionChecker::array_type(const ast::TypeRef& of, std::string_view name,
-                                   std::span<const ast::ExprPtr> extents,
-                                   const source::Span& brackets, const ast::Expr* init) {
+Type DeclaredTypes::array_type(const ast::TypeRef& of, std::string_view name,
+                               std::span<const ast::ExprPtr> extents, const source::Span& brackets,
+                               const ast::Expr* init) {
     Type type = declared_type(of);
     if (type.is_error()) return type;
     if (type == kVoidType || type.is_attributes()) {
@@ -141,7 +104,7 @@ Type ExpressionChecker::array_type(const ast::TypeRef& of, std::string_view name
 }
 
 /// An invalid struct is declared all the same, as an error type.
-void ExpressionChecker::declare_struct(const ast::Struct& from) {
+void DeclaredTypes::declare_struct(const ast::Struct& from) {
     auto record = std::make_unique<StructType>();
     record->name = from.name;
     record->span = from.span;
@@ -163,7 +126,7 @@ void ExpressionChecker::declare_struct(const ast::Struct& from) {
                 .help("initialize the variable: `{ … }` with a value for each member");
         } else {
             record->members.push_back({std::string(v.name), type, v.span});
-            record_use(v.span, record->members.back());
+            names_.record_use(v.span, record->members.back());
         }
     }
     if (!find_type(from.name).is_error()) {
@@ -191,9 +154,9 @@ void ExpressionChecker::declare_struct(const ast::Struct& from) {
     symbol->span = from.span;
     symbol->is_const = true;
     if (ok) symbol->type = type;
-    declare(symbol.get());
-    types_.push_back(std::move(symbol));
-    program_->structs.push_back(std::move(record));
+    names_.declare(symbol.get());
+    declared_.push_back(std::move(symbol));
+    structs_.push_back(std::move(record));
 }
 
 }  // namespace openfab::check

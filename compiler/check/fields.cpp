@@ -3,12 +3,14 @@
 //
 // `gradient(f, p, …)` and `mean_curvature(f, p, …)`: f is the name of a function that gives a float of a point; what
 // follows p are its other arguments.
+#include "compiler/check/fields.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
-#include "compiler/check/expression_checker.h"
+#include "compiler/check/nodes.h"
 
 namespace openfab::check {
 
@@ -35,16 +37,16 @@ std::string fault_of(const Function& f, bool curved) {
 
 }  // namespace
 
-bool ExpressionChecker::is_of_field(std::string_view name) {
+bool Fields::takes(std::string_view name) {
     return name == kGradient || name == kMeanCurvature;
 }
 
-ExprPtr ExpressionChecker::field_call(const ast::Expr& expr) {
+ExprPtr Fields::call(const ast::Expr& expr) const {
     const ast::Expr& callee = *expr.args[0];
     const bool curved = callee.text == kMeanCurvature;
     if (expr.args.size() < 3) {
-        wrong_count(expr, callee.text, "a function, a point and what else the function takes",
-                    expr.args.size() - 1);
+        wrong_count(sink_, expr, callee.text,
+                    "a function, a point and what else the function takes", expr.args.size() - 1);
         return poison(expr.span);
     }
     const ast::Expr& named = *expr.args[1];
@@ -63,10 +65,10 @@ ExprPtr ExpressionChecker::field_call(const ast::Expr& expr) {
         }
         return poison(expr.span);
     }
-    const std::vector<const Function*> candidates = overloads(named.text);
-    const Symbol* symbol = find(named.text);
-    if (symbol != nullptr && !is_hidden_by_function(*symbol)) {
-        record_use(named.span, *symbol);
+    const std::vector<const Function*> candidates = names_.overloads(named.text);
+    const Symbol* symbol = names_.find(named.text);
+    if (symbol != nullptr && !names_.is_hidden_by_function(*symbol)) {
+        names_.record_use(named.span, *symbol);
         if (!symbol->type.is_error()) {
             refuse(fmt::format("takes the name of a function, which `{}` is not", named.text))
                 .note(symbol->span, fmt::format("`{}` is declared here", named.text));
@@ -76,18 +78,16 @@ ExprPtr ExpressionChecker::field_call(const ast::Expr& expr) {
     if (candidates.empty()) {
         const std::vector<std::string> built_in = function_names();
         if (std::find(built_in.begin(), built_in.end(), named.text) == built_in.end())
-            return unknown_function(named, expr.span);
+            return unknown_.function(named, expr.span);
         refuse(fmt::format("takes a function of the program, and `{}` is built in", named.text))
             .help(
                 fmt::format("write one that calls it: `float field(float3 p) {{ return {}(p); }}`",
                             named.text));
         return poison(expr.span);
     }
-    std::vector<ExprPtr> args;
-    for (size_t i = 2; i < expr.args.size(); ++i)
-        args.push_back(expression(*expr.args[i]));
+    std::vector<ExprPtr> args = expressions_.arguments(expr, 2);
     if (any_error(args)) return poison(expr.span);
-    ExprPtr out = user_call(named, expr.span, candidates, std::move(args));
+    ExprPtr out = overloads_.call(named, expr.span, candidates, std::move(args));
     if (out->type.is_error()) return out;
     const Function& f = *out->function;
     if (const std::string fault = fault_of(f, curved); !fault.empty()) {

@@ -1,14 +1,14 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The grow stage: a rule that makes a node, a struct, of the node that it grows from. Members with certain names say
-// what the node is and how far it grows; other stages read the rest as attributes.
+// The struct that a grow stage returns. Members with certain names say what a node is and how far it grows; other stages
+// read the rest as attributes.
+#include "compiler/check/grow_node.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-
-#include "compiler/check/checker.h"
+#include <string_view>
 
 namespace openfab::check {
 
@@ -55,78 +55,8 @@ bool may_be_missing(const Role& role, const StructType& node) {
 
 }  // namespace
 
-void Checker::check_grow(const ast::Stage& from, const ast::Stage* shape, Fablet* to) {
-    if (shape != nullptr) {
-        sink_->report(from.span, diag::kBadDeclaration, "a fablet is one solid")
-            .note(shape->span, "which is declared here")
-            .help("write a fablet for each: an object may have the solid of another fablet");
-        return;
-    }
-    to->ir.has_shape = true;
-    to->shape.span = from.span;
-    scopes_.emplace_back();
-    size_t nodes = 0;
-    for (const ast::Variable& v : from.varyings) {
-        check_varying(v, from, to);
-        nodes += find_type(v.type.text).is_attributes() ? 0 : 1;
-    }
-    if (to->node.is_error() && nodes == 0) {
-        sink_->report(from.span, diag::kBadDeclaration, "a grow stage has no node to grow from")
-            .help(
-                "write `@Grow(@varying { GrowAttributes attr, Node parent })`, of a struct `Node`");
-    }
-    if (!to->node.is_error()) {
-        check_node(from, *to);
-        check_stage_body(from, &to->shape, StageContext::kGrow, to->node);
-    }
-    scopes_.pop_back();
-}
-
-/// Takes the varying whose type is the struct.
-void Checker::check_parent(const ast::Variable& v, const Type& type, Fablet* to) {
-    if (type.is(Base::kStruct) && to->node.is_error() && !v.is_out && !v.nearest) {
-        to->node = type;
-        add_stage_symbol(&to->shape, SymbolKind::kGrowParent, v, type, 0);
-        for (const StructMember& member : type.record->members) {
-            ir::Varying& output = to->ir.shape_outputs.emplace_back();
-            output.name = member.name;
-            output.type_name = type_name(member.type);
-            output.span = member.span;
-            Type element = member.type;
-            while (element.is_array())
-                element = element.element();
-            if (!element.is_arithmetic()) {
-                if (element.is_error()) continue;
-                sink_
-                    ->report(
-                        member.span, diag::kBadDeclaration,
-                        fmt::format("a node cannot hold `{} {}`", output.type_name, member.name))
-                    .note(v.span, "it is the node of a grow stage here")
-                    .help("its members are numbers, vectors, matrices and arrays of them");
-                continue;
-            }
-            output.type = component_type(element);
-            output.components = static_cast<int32_t>(min_components(member.type));
-        }
-        return;
-    }
-    if (!type.is_error()) {
-        diag::Diagnostic& d =
-            sink_->report(v.span, diag::kBadDeclaration,
-                          type.is(Base::kStruct) && !to->node.is_error()
-                              ? "a grow stage has one node to grow from"
-                          : v.is_out ? "a grow stage has no outputs of its own"
-                                     : fmt::format("a grow stage reads no `{}`", type_name(type)));
-        d.note(to->shape.span, "stage declared `@Grow` here");
-        d.help(
-            "it reads its parent, a struct, and returns a node of the same: what it says more is "
-            "a member of the struct");
-    }
-    add_stage_symbol(&to->shape, SymbolKind::kLocal, v, {}, 0);
-}
-
 /// Checks the members that mean something.
-void Checker::check_node(const ast::Stage& from, const Fablet& to) {
+void check_node(const ast::Stage& from, const Fablet& to, diag::Sink* sink) {
     const StructType& node = *to.node.record;
     const bool places =
         std::ranges::find(node.members, "object", &StructMember::name) != node.members.end();
@@ -136,15 +66,13 @@ void Checker::check_node(const ast::Stage& from, const Fablet& to) {
         if (role.name == "axes" && !places) continue;
         if (member == node.members.end()) {
             if (may_be_missing(role, node)) continue;
-            sink_
-                ->report(node.span, diag::kBadDeclaration,
+            sink->report(node.span, diag::kBadDeclaration,
                          fmt::format("`{}` is a node without `{}`", node.name, role.name))
                 .note(from.span, "it grows here")
                 .help(fmt::format("add {}: {}", role.types, role.what));
             if (role.name == "reach") return;  // and no box either
         } else if (!role.fits(member->type) && !member->type.is_error()) {
-            sink_
-                ->report(member->span, diag::kBadDeclaration,
+            sink->report(member->span, diag::kBadDeclaration,
                          fmt::format("`{}` of a node is {}, and this is `{}`", role.name,
                                      role.types, type_name(member->type)))
                 .note(from.span, "the stage that returns it is declared here")
@@ -153,8 +81,7 @@ void Checker::check_node(const ast::Stage& from, const Fablet& to) {
     }
     if (places && to.ir.object_count == 0) {
         const auto member = std::ranges::find(node.members, "object", &StructMember::name);
-        sink_
-            ->report(member->span, diag::kBadDeclaration,
+        sink->report(member->span, diag::kBadDeclaration,
                      "`object` of a node is the number of an `Object` uniform, and the fablet has "
                      "none")
             .note(from.span, "it grows here")

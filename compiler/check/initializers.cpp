@@ -1,8 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
+#include "compiler/check/initializers.h"
 
-#include "compiler/check/expression_checker.h"
+#include <fmt/format.h>
 
 namespace openfab::check {
 
@@ -42,12 +42,12 @@ bool scalars_of(const Type& type, std::vector<Type>* out) {
 
 }  // namespace
 
-ExprPtr ExpressionChecker::initializer(const ast::Expr& expr, const Type& to) {
+ExprPtr Initializers::of(const ast::Expr& expr, const Type& to) const {
     if (expr.kind == ast::ExprKind::kInitList) return list(expr, to);
-    return convert(expression(expr), to);
+    return conversions_.implicit(expressions_.expression(expr), to);
 }
 
-ExprPtr ExpressionChecker::list(const ast::Expr& expr, const Type& to) {
+ExprPtr Initializers::list(const ast::Expr& expr, const Type& to) const {
     if (to.is_error()) return poison(expr.span);
     if (expr.args.empty()) {
         // Zero in all components, or an empty composition; materials and textures have no such
@@ -61,7 +61,7 @@ ExprPtr ExpressionChecker::list(const ast::Expr& expr, const Type& to) {
         }
         return make(ExprKind::kConstruct, to, expr.span);
     }
-    if (to.is_scalar() && expr.args.size() == 1) return initializer(*expr.args[0], to);
+    if (to.is_scalar() && expr.args.size() == 1) return of(*expr.args[0], to);
     const std::vector<Type> parts = parts_of(to, expr.args.size());
     if (parts.size() == expr.args.size()) return list_of(expr, to, parts);
     // A list may also hold all components, flattened, as in HLSL.
@@ -90,30 +90,30 @@ ExprPtr ExpressionChecker::list(const ast::Expr& expr, const Type& to) {
     for (ExprPtr& value : values) {
         Type type = value->type;
         type.base = wanted[0].base;
-        out->args.push_back(convert(std::move(value), type));
+        out->args.push_back(conversions_.implicit(std::move(value), type));
         if (out->args.back()->type.is_error()) return poison(expr.span);
     }
     return out;
 }
 
-ExprPtr ExpressionChecker::list_of(const ast::Expr& expr, const Type& to,
-                                   const std::vector<Type>& parts) {
+ExprPtr Initializers::list_of(const ast::Expr& expr, const Type& to,
+                              const std::vector<Type>& parts) const {
     ExprPtr out = make(ExprKind::kConstruct, to, expr.span);
     bool ok = true;
     for (size_t i = 0; i < parts.size(); ++i) {
-        out->args.push_back(initializer(*expr.args[i], parts[i]));
+        out->args.push_back(of(*expr.args[i], parts[i]));
         ok = ok && !out->args.back()->type.is_error();
     }
     return ok ? std::move(out) : poison(expr.span);
 }
 
-bool ExpressionChecker::flatten(const ast::Expr& expr, const Type& to, std::vector<ExprPtr>* out) {
+bool Initializers::flatten(const ast::Expr& expr, const Type& to, std::vector<ExprPtr>* out) const {
     for (const ast::ExprPtr& item : expr.args) {
         if (item->kind == ast::ExprKind::kInitList) {
             if (!flatten(*item, to, out)) return false;
             continue;
         }
-        out->push_back(expression(*item));
+        out->push_back(expressions_.expression(*item));
         if (out->back()->type.is_error()) return false;
     }
     return true;

@@ -1,6 +1,13 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/check/expression_checker.h"
+#include "compiler/check/nodes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/check/own_functions.h"
+#include "compiler/check/signatures.h"
 #include "compiler/ir/arithmetic.h"
 
 namespace openfab::check {
@@ -18,7 +25,49 @@ std::optional<uint32_t> own_bits(const Expr& expr) {
     return expr.kind == ExprKind::kVariable ? expr.symbol->known : known_choice(expr);
 }
 
+bool writes_an_argument(const Expr& call) {
+    if (call.kind == ExprKind::kIntrinsic) return writes_an_argument(call.intrinsic);
+    return std::any_of(call.function->parameters.begin(), call.function->parameters.end(),
+                       [](const auto& parameter) { return parameter->is_out; });
+}
+
 }  // namespace
+
+ExprPtr make(ExprKind kind, const Type& type, const source::Span& span) {
+    auto out = std::make_unique<Expr>();
+    out->kind = kind;
+    out->type = type;
+    out->span = span;
+    return out;
+}
+
+ExprPtr poison(const source::Span& span) {
+    return make(ExprKind::kError, {}, span);
+}
+
+Type common_type(const Type& a, const Type& b) {
+    Type out;
+    out.base = std::max(a.base, b.base);  // bool < int < uint < float
+    if (a.is_matrix() || b.is_matrix()) {
+        out.rows = a.is_matrix() ? a.rows : b.rows;
+        out.size = a.is_matrix() ? a.size : b.size;
+        return out;
+    }
+    out.size = a.size == 1 || b.size == 1 ? std::max(a.size, b.size) : std::min(a.size, b.size);
+    return out;
+}
+
+std::string type_list(const std::vector<ExprPtr>& args) {
+    std::string out;
+    for (const ExprPtr& arg : args)
+        out += (out.empty() ? "" : ", ") + type_name(arg->type);
+    return out;
+}
+
+bool any_error(const std::vector<ExprPtr>& args) {
+    return std::any_of(args.begin(), args.end(),
+                       [](const ExprPtr& arg) { return arg->type.is_error(); });
+}
 
 std::optional<uint32_t> known_bits(const Expr& expr) {
     if (!expr.type.is_scalar()) return std::nullopt;
@@ -42,6 +91,33 @@ std::optional<uint32_t> known_bits(const Expr& expr) {
     const std::optional<uint32_t> b = known_bits(*expr.args[1]);
     if (!b || expr.kind != ExprKind::kBinary) return b;
     return ir::eval(expr.op, type, *a, *b, 0);
+}
+
+const Expr* side_effect(const Expr& expr) {
+    switch (traits(expr.kind).effect) {
+        case Effect::kOwn:
+            return &expr;
+        case Effect::kCallee:
+            if (writes_an_argument(expr)) return &expr;
+            break;
+        case Effect::kNone:
+            break;
+    }
+    for (const ExprPtr& arg : expr.args) {
+        if (const Expr* found = side_effect(*arg)) return found;
+    }
+    return nullptr;
+}
+
+void wrong_count(diag::Sink* sink, const ast::Expr& call, std::string_view name,
+                 const std::string& right, size_t count) {
+    diag::Diagnostic& d = sink->report(call.args[0]->text_span, diag::kArgumentCount, name, right,
+                                       static_cast<int>(count));
+    const std::vector<Signature> forms = signatures_of(name);
+    std::string list;
+    for (const Signature& one : forms)
+        list += fmt::format("{}`{}`", list.empty() ? "" : ", ", one.form);
+    if (!forms.empty()) d.help((forms.size() == 1 ? "it is " : "there are ") + list);
 }
 
 }  // namespace openfab::check

@@ -11,13 +11,17 @@
 //   i  int    f  float    s  seed, an int or uint
 // `?` precedes optional ones. The result is p, void (v), uint (u) or n
 // floats (1 to 4).
+#include "compiler/check/own_functions.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
+#include <string>
+#include <string_view>
+#include <utility>
 
-#include "compiler/check/expression_checker.h"
+#include "compiler/check/nodes.h"
 
 namespace openfab::check {
 
@@ -165,23 +169,24 @@ bool writes_an_argument(Intrinsic id) {
         });
 }
 
-ExprPtr ExpressionChecker::own_function_call(const ast::Expr& expr, const IntrinsicInfo& info,
-                                             std::vector<ExprPtr> args) {
+ExprPtr OwnFunctions::call(const ast::Expr& expr, const IntrinsicInfo& info,
+                           std::vector<ExprPtr> args) const {
     const OwnFunction& f = own_function(info.id);
     const ast::Expr& callee = *expr.args[0];
     if (is_derivative(info.id) &&
-        (refuse_in_dither(callee.span, info.name) ||
-         refuse_in_shape(callee.span, info.name,
-                         "a shape has no micropolygons; `gradient(f, p)` differentiates a "
-                         "function")))
+        (rules_.refuse_in_dither(callee.span, info.name) ||
+         rules_.refuse_in_shape(callee.span, info.name,
+                                "a shape has no micropolygons; `gradient(f, p)` differentiates a "
+                                "function")))
         return poison(expr.span);
-    if (is_derivative(info.id) && context_ != StageContext::kSurface &&
-        context_ != StageContext::kFunction) {
+    if (is_derivative(info.id) && place_.context != StageContext::kSurface &&
+        place_.context != StageContext::kFunction) {
         diag::Diagnostic& d =
             sink_->report(callee.span, diag::kStageMismatch, info.name,
-                          context_ == StageContext::kGlobal ? "called outside a stage"
-                                                            : "called in a volume stage");
-        if (context_ == StageContext::kVolume) d.note(stage_span_, "stage declared `@Volume` here");
+                          place_.context == StageContext::kGlobal ? "called outside a stage"
+                                                                  : "called in a volume stage");
+        if (place_.context == StageContext::kVolume)
+            d.note(place_.stage, "stage declared `@Volume` here");
         d.help("it is the change along the surface's micropolygons; a volume has none");
         return poison(expr.span);
     }
@@ -191,7 +196,7 @@ ExprPtr ExpressionChecker::own_function_call(const ast::Expr& expr, const Intrin
             count.least == count.most
                 ? fmt::format("{} argument{}", count.most, count.most == 1 ? "" : "s")
                 : fmt::format("{} to {} arguments", count.least, count.most);
-        wrong_count(expr, info.name, right, args.size());
+        wrong_count(sink_, expr, info.name, right, args.size());
         return poison(expr.span);
     }
     const int size = common_size(f, args);
@@ -208,12 +213,12 @@ ExprPtr ExpressionChecker::own_function_call(const ast::Expr& expr, const Intrin
         if (coordinates) d.help("coordinates go in one vector, as in `float2(x, y)`");
         return poison(expr.span);
     }
-    return convert_own_arguments(expr, info, f.parameters, f.result, size, std::move(args));
+    return convert_arguments(expr, info, f.parameters, f.result, size, std::move(args));
 }
 
-ExprPtr ExpressionChecker::convert_own_arguments(const ast::Expr& expr, const IntrinsicInfo& info,
-                                                 const char* parameters, char result, int size,
-                                                 std::vector<ExprPtr> args) {
+ExprPtr OwnFunctions::convert_arguments(const ast::Expr& expr, const IntrinsicInfo& info,
+                                        const char* parameters, char result, int size,
+                                        std::vector<ExprPtr> args) const {
     const auto constant = [&](const Type& type, uint32_t bits) {
         ExprPtr value = make(ExprKind::kConstant, type, expr.span);
         value->bits = bits;
@@ -236,22 +241,22 @@ ExprPtr ExpressionChecker::convert_own_arguments(const ast::Expr& expr, const In
         ExprPtr& arg = args[index++];
         switch (*at) {
             case 'p':
-                arg = convert(std::move(arg), floats);
+                arg = conversions_.implicit(std::move(arg), floats);
                 break;
             case 'q':
-                arg = convert(std::move(arg), {Base::kInt, size});
+                arg = conversions_.implicit(std::move(arg), {Base::kInt, size});
                 break;
             case 'i':
-                arg = convert(std::move(arg), kIntType);
+                arg = conversions_.implicit(std::move(arg), kIntType);
                 break;
             case 'f':
-                arg = convert(std::move(arg), kFloatType);
+                arg = conversions_.implicit(std::move(arg), kFloatType);
                 break;
             case 's':
-                arg = convert(std::move(arg), kUintType);
+                arg = conversions_.implicit(std::move(arg), kUintType);
                 break;
             case 'o':
-                if (!assignable(*arg)) return poison(expr.span);
+                if (!targets_.assignable(*arg)) return poison(expr.span);
                 break;
             default:  // 'x': any numbers, as they are
                 break;
@@ -262,33 +267,6 @@ ExprPtr ExpressionChecker::convert_own_arguments(const ast::Expr& expr, const In
     if (result == 'p') out->type = floats;
     if (result == 'u') out->type = kUintType;
     if (result >= '1' && result <= '4') out->type = {Base::kFloat, result - '0'};
-    return out;
-}
-
-/// asfloat and the like take any number; bit counts take integers.
-ExprPtr ExpressionChecker::bits_call(const ast::Expr& expr, const IntrinsicInfo& info,
-                                     std::vector<ExprPtr> args) {
-    const ast::Expr& callee = *expr.args[0];
-    if (args.size() != 1) {
-        wrong_count(expr, info.name, "1 argument", args.size());
-        return poison(expr.span);
-    }
-    const Type type = args[0]->type;
-    const bool casts = info.id == Intrinsic::kAsFloat || info.id == Intrinsic::kAsInt ||
-                       info.id == Intrinsic::kAsUint;
-    const bool fits = casts ? type.is_numeric() && type.base != Base::kBool
-                            : type.is_numeric() && type.is_integer();
-    if (!fits) {
-        sink_->report(callee.span, diag::kNoOverload, info.name, type_name(type))
-            .help(casts ? "it takes the bits of an `int`, a `uint` or a `float`"
-                        : "it takes an `int` or a `uint`");
-        return poison(expr.span);
-    }
-    ExprPtr out = make(ExprKind::kIntrinsic, {Base::kUint, type.size}, expr.span);
-    if (info.id == Intrinsic::kAsFloat) out->type.base = Base::kFloat;
-    if (info.id == Intrinsic::kAsInt) out->type.base = Base::kInt;
-    out->intrinsic = info.id;
-    out->args = std::move(args);
     return out;
 }
 

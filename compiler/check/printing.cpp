@@ -1,10 +1,16 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// `printf("…", values)` and `assert(condition)`, which may have a format and values too.
+#include "compiler/check/printing.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string>
+#include <utility>
 
-#include "compiler/check/expression_checker.h"
+#include "compiler/check/check.h"
 
 namespace openfab::check {
 
@@ -66,12 +72,6 @@ std::string layout(const Type& type, std::string_view conversion) {
     return out + "}";
 }
 
-bool writes_an_argument(const Expr& call) {
-    if (call.kind == ExprKind::kIntrinsic) return writes_an_argument(call.intrinsic);
-    return std::any_of(call.function->parameters.begin(), call.function->parameters.end(),
-                       [](const auto& parameter) { return parameter->is_out; });
-}
-
 char escaped(char c) {
     if (c == 'n') return '\n';
     return c == 't' ? '\t' : c;
@@ -79,25 +79,9 @@ char escaped(char c) {
 
 }  // namespace
 
-const Expr* side_effect(const Expr& expr) {
-    switch (traits(expr.kind).effect) {
-        case Effect::kOwn:
-            return &expr;
-        case Effect::kCallee:
-            if (writes_an_argument(expr)) return &expr;
-            break;
-        case Effect::kNone:
-            break;
-    }
-    for (const ExprPtr& arg : expr.args) {
-        if (const Expr* found = side_effect(*arg)) return found;
-    }
-    return nullptr;
-}
-
 /// Returns whether a conversion prints all components of a type; else reports it.
-bool ExpressionChecker::prints(const Type& type, Base wanted, const source::Span& at,
-                               std::string_view conversion) {
+bool Printing::prints(const Type& type, Base wanted, const source::Span& at,
+                      std::string_view conversion) const {
     if (type.is_array()) return prints(type.element(), wanted, at, conversion);
     if (type.is(Base::kStruct)) {
         return std::all_of(
@@ -121,9 +105,9 @@ bool ExpressionChecker::prints(const Type& type, Base wanted, const source::Span
 }
 
 /// Makes a value that is printed one of as many components of a type.
-ExprPtr ExpressionChecker::flattened(ExprPtr value, Base to) {
+ExprPtr Printing::flattened(ExprPtr value, Base to) const {
     const Type from = value->type;
-    if (from.is_numeric()) return convert(std::move(value), {to, from.size});
+    if (from.is_numeric()) return conversions_.implicit(std::move(value), {to, from.size});
     ExprPtr out = make(ExprKind::kConvert,
                        array_of({to, 1}, static_cast<int>(min_components(from))), value->span);
     out->args.push_back(std::move(value));
@@ -132,8 +116,8 @@ ExprPtr ExpressionChecker::flattened(ExprPtr value, Base to) {
 
 /// Matches a format with the values from `first` on, converting them to the types of their
 /// conversions. What has components is printed one by one, with the same conversion.
-bool ExpressionChecker::match_format(const ast::Expr& literal, std::vector<ExprPtr>* values,
-                                     size_t first, std::string* out) {
+bool Printing::match_format(const ast::Expr& literal, std::vector<ExprPtr>* values, size_t first,
+                            std::string* out) const {
     const std::string_view text = literal.text;
     const auto span_of = [&](size_t begin, size_t count) {
         source::Span span = literal.span;
@@ -183,7 +167,7 @@ bool ExpressionChecker::match_format(const ast::Expr& literal, std::vector<ExprP
 }
 
 /// `printf("…", values)` and `assert(condition)`, which may have a format and values too.
-ExprPtr ExpressionChecker::printf_call(const ast::Expr& expr) {
+ExprPtr Printing::call(const ast::Expr& expr) const {
     const std::string_view name = expr.args[0]->text;
     const bool is_assert = name == "assert";
     const size_t format = is_assert ? 2 : 1;
@@ -202,18 +186,18 @@ ExprPtr ExpressionChecker::printf_call(const ast::Expr& expr) {
         }
         return poison(expr.span);
     }
-    if (context_ == StageContext::kGlobal) {
+    if (place_.context == StageContext::kGlobal) {
         sink_->report(expr.args[0]->span, diag::kStageMismatch, name, "called outside a stage");
         return poison(expr.span);
     }
-    if (refuse_in_dither(expr.args[0]->span, name) ||
-        refuse_in_shape(expr.args[0]->span, name, kNoPrintsInShape))
+    if (rules_.refuse_in_dither(expr.args[0]->span, name) ||
+        rules_.refuse_in_shape(expr.args[0]->span, name, kNoPrintsInShape))
         return poison(expr.span);
     ExprPtr out = make(ExprKind::kPrintf, kVoidType, expr.span);
     out->is_assert = is_assert;
-    if (is_assert) out->args.push_back(condition(*expr.args[1]));
+    if (is_assert) out->args.push_back(conditions_.condition(*expr.args[1]));
     for (size_t i = format + 1; i < expr.args.size(); ++i)
-        out->args.push_back(expression(*expr.args[i]));
+        out->args.push_back(expressions_.expression(*expr.args[i]));
     for (const ExprPtr& arg : out->args) {
         if (arg->type.is_error()) return poison(expr.span);
         const Expr* effect = side_effect(*arg);

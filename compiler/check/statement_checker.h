@@ -9,14 +9,20 @@
 namespace openfab::check {
 
 /// Checks statements, the bodies of functions and stages; private to compiler/check.
-class StatementChecker : protected ExpressionChecker {
-  protected:
-    using ExpressionChecker::ExpressionChecker;
+class StatementChecker {
+  public:
+    StatementChecker(diag::Sink* sink, Names* names, const Place& place,
+                     ExpressionChecker* expressions)
+        : sink_(sink), names_(*names), place_(place), expressions_(*expressions) {}
 
-    // check_shape.cpp
-    bool is_no_shape(const Expr& value);
+    /// Checks the body of a stage, which returns a `result`.
+    StmtPtr stage(const ast::Stmt& body, const Type& result);
+    /// The same of a function, whose parameters share the scope that is open, as in HLSL.
+    StmtPtr function(const ast::Stmt& body, const Type& result);
 
-    // check_stmt.cpp
+  private:
+    void begin(const Type& result);
+    void children(const ast::Stmt& stmt, Stmt* out);
     StmtPtr statement(const ast::Stmt& stmt);
     StmtPtr block(const ast::Stmt& stmt);
     void declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* out);
@@ -28,7 +34,12 @@ class StatementChecker : protected ExpressionChecker {
     StmtPtr switch_statement(const ast::Stmt& stmt);
     bool labels(const ast::Stmt& stmt, size_t* at, const Type& type, Stmt* out);
     int32_t loop_bound(const ast::Stmt& stmt);
+    bool is_no_shape(const Expr& value) const;
 
+    diag::Sink* sink_;
+    Names& names_;
+    const Place& place_;
+    ExpressionChecker& expressions_;
     Type return_type_;
     int loops_ = 0;
     int switches_ = 0;

@@ -2,13 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Help with names, calls and methods as other languages have them, and with those of the library that are not imported.
+#include "compiler/check/unknown_names.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string>
+#include <utility>
 
-#include "compiler/check/expression_checker.h"
+#include "compiler/check/attributes.h"
 #include "compiler/check/foreign_names.h"
+#include "compiler/check/nodes.h"
 
 namespace openfab::check {
 
@@ -31,8 +34,62 @@ source::Span between(const source::Span& left, const source::Span& right) {
 
 }  // namespace
 
+/// Adds a help line if an imported module keeps a name to itself; returns whether one does.
+bool UnknownNames::help_with_private(std::string_view name, diag::Diagnostic* d) const {
+    const std::string* module = names_.private_module(name);
+    if (module == nullptr) return false;
+    d->help(
+        fmt::format("`{}` is private to module `{}`: names that begin with `_` stay inside "
+                    "their module",
+                    name, *module));
+    return true;
+}
+
+/// Returns help for a name of another language, or one that exists only in the surface stage.
+std::string UnknownNames::help_for_name(std::string_view name) const {
+    std::string foreign_help = foreign_name_help(name);
+    if (!foreign_help.empty()) return foreign_help;
+    Type type;
+    const Symbol* symbol = names_.attributes();
+    if (symbol != nullptr && find_attribute(name, symbol->type, &type))
+        return fmt::format("write `{}.{}`", symbol->name, name);
+    if (name == "attr") {
+        switch (place_.context) {
+            case StageContext::kVolume:
+                return "declare it: `@Volume(@varying { VolumeAttributes attr })`";
+            case StageContext::kSurface:
+                return "declare it: `@Surface(@varying { SurfaceAttributes attr })`";
+            case StageContext::kDither:
+                return "declare it: `@Dither(@varying { DitherAttributes attr })`";
+            case StageContext::kShape:
+                return "declare it: `@Shape(@varying { ShapeAttributes attr })`";
+            case StageContext::kGrow:
+                return "declare it: `@Grow(@varying { GrowAttributes attr, Node parent })`";
+            case StageContext::kGlobal:
+            case StageContext::kFunction:
+                break;
+        }
+    }
+    if (place_.context != StageContext::kVolume) return "";
+    for (const auto* list : {&place_.fablet->ir.surface_outputs, &place_.fablet->ir.surface_inputs,
+                             &place_.fablet->ir.shape_outputs}) {
+        for (const ir::Varying& v : *list) {
+            if (v.name != name) continue;
+            return fmt::format(
+                "the {} stage has it: add `@nearest {} {}` to the varyings of this one",
+                list != &place_.fablet->ir.shape_outputs ? "surface"
+                : !place_.fablet->node.is_error()        ? "grow"
+                                                         : "shape",
+                v.type_name, v.name);
+        }
+    }
+    if (name == "uv")
+        return "texture coordinates come from the mesh: add `@nearest float2 uv` to the varyings";
+    return "";
+}
+
 /// Adds the import that a name of the standard library needs; returns whether it is one.
-bool ExpressionChecker::help_with_library(std::string_view name, diag::Diagnostic* d) const {
+bool UnknownNames::help_with_library(std::string_view name, diag::Diagnostic* d) const {
     const std::string module = module_of_ ? module_of_(name) : std::string();
     if (module.empty()) return false;
     d->help(fmt::format("it is in the module `{0}`: write `import {0};` at the top of the file",
@@ -42,7 +99,7 @@ bool ExpressionChecker::help_with_library(std::string_view name, diag::Diagnosti
 }
 
 /// Adds the help for a function that the library has under another name; returns whether there is one.
-bool ExpressionChecker::help_with_library_name(const ast::Expr& callee, diag::Diagnostic* d) const {
+bool UnknownNames::help_with_library_name(const ast::Expr& callee, diag::Diagnostic* d) const {
     const LibraryName found = library_name(callee.text);
     const std::string module =
         module_of_ && !found.name.empty() ? module_of_(found.name) : std::string();
@@ -51,15 +108,15 @@ bool ExpressionChecker::help_with_library_name(const ast::Expr& callee, diag::Di
                         found.form, module));
     if (!found.same_arguments) return true;
     d->replace(callee.span, std::string(found.name));
-    const bool imported = std::any_of(imported_functions_.begin(), imported_functions_.end(),
+    const bool imported = std::any_of(names_.imported().begin(), names_.imported().end(),
                                       [&](const Function* f) { return f->name == found.name; });
     if (!imported) d->insert_before(file_begin_, fmt::format("import {};\n", module));
     return true;
 }
 
 /// The arguments are not checked: one cause, one message.
-ExprPtr ExpressionChecker::unknown_function(const ast::Expr& callee, const source::Span& span,
-                                            const ast::Expr* call) {
+ExprPtr UnknownNames::function(const ast::Expr& callee, const source::Span& span,
+                               const ast::Expr* call) const {
     const std::string_view name = callee.text;
     diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, name);
     if (help_with_private(name, &d) || help_with_library(name, &d) ||
@@ -87,7 +144,7 @@ ExprPtr ExpressionChecker::unknown_function(const ast::Expr& callee, const sourc
         return poison(span);
     }
     std::vector<std::string> names = function_names();
-    for (const auto* list : {&visible_functions_, &imported_functions_}) {
+    for (const auto* list : {&names_.functions(), &names_.imported()}) {
         for (const Function* f : *list)
             names.push_back(f->name);
     }
@@ -100,7 +157,7 @@ ExprPtr ExpressionChecker::unknown_function(const ast::Expr& callee, const sourc
 }
 
 /// `texture2D(picture, uv)` as `picture.Sample4(uv, 0)`; the texture is argument `at`.
-void ExpressionChecker::fix_lookup(const ast::Expr& expr, size_t at, diag::Diagnostic* d) {
+void UnknownNames::fix_lookup(const ast::Expr& expr, size_t at, diag::Diagnostic* d) {
     if (expr.args.size() != at + 2 || expr.args[at]->kind != ast::ExprKind::kName) return;
     const ast::Expr& texture = *expr.args[at];
     const ast::Expr& point = *expr.args[at + 1];
@@ -111,9 +168,9 @@ void ExpressionChecker::fix_lookup(const ast::Expr& expr, size_t at, diag::Diagn
 }
 
 /// `len(list)`: what an array's length is, if the argument is an array that has a name.
-bool ExpressionChecker::help_with_length(const ast::Expr& call, diag::Diagnostic* d) const {
+bool UnknownNames::help_with_length(const ast::Expr& call, diag::Diagnostic* d) const {
     const ast::Expr& of = *call.args[1];
-    const Symbol* symbol = of.kind == ast::ExprKind::kName ? find(of.text) : nullptr;
+    const Symbol* symbol = of.kind == ast::ExprKind::kName ? names_.find(of.text) : nullptr;
     if (symbol == nullptr || !symbol->type.is_array()) return false;
     d->help(fmt::format("`{}` has the {} elements that it is declared with", of.text,
                         symbol->type.length()))
@@ -123,8 +180,8 @@ bool ExpressionChecker::help_with_length(const ast::Expr& call, diag::Diagnostic
 
 /// Reports a member or method that a value does not have, where a function does what is meant.
 /// `whole` is the call, or the member alone.
-ExprPtr ExpressionChecker::unknown_method(const ast::Expr& whole, const ast::Expr& member,
-                                          const Type& type) {
+ExprPtr UnknownNames::method(const ast::Expr& whole, const ast::Expr& member,
+                             const Type& type) const {
     diag::Diagnostic& d =
         sink_->report(member.text_span, diag::kUnknownMember, type_name(type), member.text);
     const ast::Expr& object = *member.args[0];
@@ -140,7 +197,7 @@ ExprPtr ExpressionChecker::unknown_method(const ast::Expr& whole, const ast::Exp
     }
     const std::string renamed = renamed_function(member.text);
     const std::string name = renamed.empty() ? std::string(member.text) : renamed;
-    const bool known = find_intrinsic(name) != nullptr || !overloads(name).empty() ||
+    const bool known = find_intrinsic(name) != nullptr || !names_.overloads(name).empty() ||
                        name == "transpose" || name == "determinant" || name == "inverse";
     if (!type.is_arithmetic() || (!known && !call)) return poison(whole.span);
     if (known) {
@@ -161,11 +218,11 @@ ExprPtr ExpressionChecker::unknown_method(const ast::Expr& whole, const ast::Exp
 }
 
 /// `float[3](1, 2, 3)`, an array as GLSL makes it.
-bool ExpressionChecker::report_array_constructor(const ast::Expr& expr) {
+bool UnknownNames::array_constructor(const ast::Expr& expr) const {
     const ast::Expr& callee = *expr.args[0];
     const bool of_type = callee.kind == ast::ExprKind::kIndex &&
                          callee.args[0]->kind == ast::ExprKind::kName &&
-                         is_type_name(callee.args[0]->text);
+                         names_.is_type(callee.args[0]->text);
     if (!of_type) return false;
     diag::Diagnostic& d =
         sink_->report(callee.args[0]->span, diag::kNotAValue, callee.args[0]->text, "type")
@@ -178,7 +235,7 @@ bool ExpressionChecker::report_array_constructor(const ast::Expr& expr) {
 }
 
 /// `static_cast<int>(x)`
-bool ExpressionChecker::report_cast_template(const ast::Expr& expr) {
+bool UnknownNames::cast_template(const ast::Expr& expr) const {
     const ast::Expr* name = &expr;
     while (name->kind == ast::ExprKind::kBinary)
         name = name->args[0].get();
@@ -189,8 +246,8 @@ bool ExpressionChecker::report_cast_template(const ast::Expr& expr) {
 }
 
 /// Reports a name once in a function or stage. `value` is the type of what is assigned to it, if something is.
-ExprPtr ExpressionChecker::unknown_name(const ast::Expr& expr, const Type& value) {
-    if (context_ != StageContext::kGlobal && !unknown_names_.emplace(expr.text).second)
+ExprPtr UnknownNames::name(const ast::Expr& expr, const Type& value) {
+    if (place_.context != StageContext::kGlobal && !reported_.emplace(expr.text).second)
         return poison(expr.span);
     diag::Diagnostic& d = sink_->report(expr.span, diag::kUnknownName, expr.text);
     if (help_with_private(expr.text, &d)) return poison(expr.span);
@@ -203,7 +260,7 @@ ExprPtr ExpressionChecker::unknown_name(const ast::Expr& expr, const Type& value
     if (help_with_uniform(expr.text, &d) || help_with_library(expr.text, &d))
         return poison(expr.span);
     std::vector<std::string> names;
-    for (const Scope& scope : scopes_) {
+    for (const Names::Scope& scope : names_.scopes()) {
         for (const auto& [text, symbol] : scope)
             names.push_back(text);
     }
@@ -217,28 +274,24 @@ ExprPtr ExpressionChecker::unknown_name(const ast::Expr& expr, const Type& value
     return poison(expr.span);
 }
 
-/// `x = 1` where no `x` is declared; false at any other assignment.
-bool ExpressionChecker::report_undeclared_target(const ast::Expr& expr) {
-    const ast::Expr& target = *expr.args[0];
-    const bool known = find(target.text) != nullptr || !find_type(target.text).is_error() ||
-                       !overloads(target.text).empty() || find_intrinsic(target.text) != nullptr;
-    if (expr.text != "=" || target.kind != ast::ExprKind::kName || known ||
-        expr.args[1]->kind == ast::ExprKind::kInitList)
-        return false;
-    const ExprPtr value = expression(*expr.args[1]);
-    unknown_name(target, value->type == kVoidType ? Type{} : value->type);
-    return true;
-}
-
 /// Adds that a uniform is declared in a fablet, and seen there alone; returns whether one of this name is.
-bool ExpressionChecker::help_with_uniform(std::string_view name, diag::Diagnostic* d) const {
-    const auto found = uniform_names_.find(name);
-    if (fablet_ != nullptr || found == uniform_names_.end()) return false;
+bool UnknownNames::help_with_uniform(std::string_view name, diag::Diagnostic* d) const {
+    const auto found = uniforms_.find(name);
+    if (place_.fablet != nullptr || found == uniforms_.end()) return false;
     d->note(found->second, fmt::format("the uniform `{}` is declared here", name))
         .help(
             "functions of the fablet see its uniforms: move this one into the fablet, or give it "
             "the value as a parameter");
     return true;
+}
+
+void UnknownNames::begin_file(const ast::File& file) {
+    file_begin_ = file.begin;
+    uniforms_.clear();
+    for (const ast::Fablet& fablet : file.fablets) {
+        for (const ast::Variable& v : fablet.uniforms)
+            uniforms_.emplace(v.name, v.span);
+    }
 }
 
 }  // namespace openfab::check
