@@ -14,7 +14,7 @@
 
 #include "abi/grow_table.h"
 #include "compiler/ir/arithmetic.h"
-#include "compiler/translate/translate_state.h"
+#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 

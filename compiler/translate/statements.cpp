@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "compiler/translate/proof.h"
-#include "compiler/translate/translate_state.h"
+#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "compiler/ir/arithmetic.h"
-#include "compiler/translate/translate_state.h"
+#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 

@@ -6,7 +6,7 @@
 // arithmetic.
 
 #include "abi/curve_table.h"
-#include "compiler/translate/translate_state.h"
+#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 

@@ -10,7 +10,7 @@
 #include <numeric>
 
 #include "compiler/ir/arithmetic.h"
-#include "compiler/translate/translate_state.h"
+#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 

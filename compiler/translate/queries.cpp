@@ -6,7 +6,7 @@
 // call is reached.
 
 #include "abi/shape_distance.h"
-#include "compiler/translate/translate_state.h"
+#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 

@@ -10,7 +10,7 @@
 
 #include "compiler/translate/loop_bounds.h"
 #include "compiler/translate/proof.h"
-#include "compiler/translate/translate_state.h"
+#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <utility>
 
-#include "compiler/translate/translate_state.h"
+#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "compiler/functions/differentiate.h"
-#include "compiler/translate/translate_state.h"
+#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 
