@@ -1,11 +1,11 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
+#include "compiler/translate/built_ins.h"
 
 #include <algorithm>
+#include <array>
 
-#include "compiler/ir/arithmetic.h"
-#include "compiler/translate/stage_translator.h"
+#include "abi/curve_table.h"
 
 namespace openfab::translate {
 
@@ -14,15 +14,19 @@ using ir::ValueId;
 
 namespace {
 
-constexpr int32_t kMaxChannel = 63;  // no supported image format has more
+bool is_function_intrinsic(check::Intrinsic id) {
+    const check::Family of = check::family(id);
+    return of != check::Family::kComponent && of != check::Family::kGeometric &&
+           of != check::Family::kChoice;
+}
 
 }  // namespace
 
-Value StageTranslator::intrinsic(const check::Expr& expr) {
-    if (is_function_intrinsic(expr.intrinsic)) return function_call(expr);
+Value BuiltIns::intrinsic(const check::Expr& expr) {
+    if (is_function_intrinsic(expr.intrinsic)) return function(expr);
     std::vector<Value> args;
     for (const check::ExprPtr& arg : expr.args)
-        args.push_back(expression(*arg));
+        args.push_back(expressions_.expression(*arg));
     emit_.set_span(expr.span);
     if (Formulas::is_geometric(expr.intrinsic)) return formulas_.geometric(expr.intrinsic, args);
     // A scalar goes with each component of the others: the `t` of a lerp of compositions, the condition of a select.
@@ -39,130 +43,150 @@ Value StageTranslator::intrinsic(const check::Expr& expr) {
     return out;
 }
 
-Value StageTranslator::sample(const check::Expr& expr) {
-    const ValueId texture = scalar(*expr.args[0]);
-    const ValueId channel = scalar(*expr.args[1]);
-    const ValueId width = scalar(*expr.args[2]);
-    Value at;
-    for (size_t i = 3; i < expr.args.size(); ++i) {
-        const Value part = expression(*expr.args[i]);
-        at.insert(at.end(), part.begin(), part.end());
-    }
-    if (gave_up_ || refuse_in_dither(expr, fmt::format("Sample{}", expr.type.size)))
-        return zero(expr.type);
+Value BuiltIns::function(const check::Expr& expr) {
+    const check::Family family = check::family(expr.intrinsic);
+    if (family == check::Family::kSeveral) return several_results(expr);
+    std::vector<Value> args;
+    for (const check::ExprPtr& arg : expr.args)
+        args.push_back(expressions_.expression(*arg));
+    if (budget_.gave_up) return layout_.zero(expr.type);
     emit_.set_span(expr.span);
-    if (!emit_.is_constant(channel)) {
-        sink_->report(expr.args[1]->span, diag::kNotConstant, "the channel of a lookup");
-        return zero(expr.type);
-    }
-    const int32_t first = ir::as_int(emit_.instr(channel).bits);
-    if (first < 0 || first > kMaxChannel) {
-        sink_->report(expr.args[1]->span, diag::kOutOfRange, "channel", first, 0, kMaxChannel);
-        return zero(expr.type);
-    }
-    // Who reads alpha, too, puts the colour itself where it says.
-    const bool picture = at.size() == 2;
-    const bool with_alpha = picture && first + expr.type.size > ir::kAlphaChannel;
-    // If the texture varies, each candidate is sampled under the condition that it is selected.
-    const std::vector<int32_t> textures = possible_indices(texture, fablet_.ir.texture_count);
-    Value out = zero(expr.type);
-    if (textures.size() > check::kMaxTextures) {
-        sink_
-            ->report(expr.span, diag::kTooComplex,
-                     fmt::format("a varying index that may pick one of {} textures; at most {} "
-                                 "are supported",
-                                 textures.size(), check::kMaxTextures))
-            .help("each of them is sampled separately: pack them into one texture");
+    if (family == check::Family::kDerivative) return derivatives(expr, args[0]);
+    if (family == check::Family::kBending) return formulas_.geometric(expr.intrinsic, args);
+    if (Formulas::is_elementary(expr.intrinsic)) {
+        Value out;
+        for (size_t i = 0; i < args[0].size(); ++i) {
+            const Value& second = args.back();
+            const ValueId y = second[second.size() == 1 ? 0 : i];
+            out.push_back(formulas_.elementary(expr.intrinsic, args[0][i], y));
+        }
         return out;
     }
-    for (int32_t index : textures) {
-        const ValueId here =
-            textures.size() == 1
-                ? emit_.constant(true)
-                : emit_.binary(Op::kEq, texture,
-                               emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
-        const ValueId guard = emit_.logical_and(live_, here);
-        Value args = {guard};
-        args.insert(args.end(), at.begin(), at.end());
-        args.push_back(width);
-        for (int32_t i = 0; i < expr.type.size; ++i) {
-            const bool own = with_alpha && first + i < ir::kAlphaChannel;
-            const int32_t number = first + i + (own ? ir::kOwnColor : 0);
-            const ValueId value = emit_.sample(index, number, args);
-            out[i] = emit_.select(here, value, out[i]);
+    return formulas_.field(expr.intrinsic, expr.type.size, args);
+}
+
+/// sincos(x, s, c); modf(x, whole) returns the fraction; frexp(x, exponent) a mantissa in [0.5, 1).
+Value BuiltIns::several_results(const check::Expr& expr) {
+    const Value x = expressions_.expression(*expr.args[0]);
+    std::vector<Target> targets;
+    for (size_t i = 1; i < expr.args.size(); ++i)
+        targets.push_back(targets_.target(*expr.args[i]));
+    if (budget_.gave_up) return layout_.zero(expr.type);
+    emit_.set_span(expr.span);
+    std::array<Value, 2> out;
+    for (const ValueId v : x) {
+        if (expr.intrinsic == check::Intrinsic::kSincos) {
+            out[0].push_back(emit_.function(Op::kSin, 0, {v}));
+            out[1].push_back(emit_.function(Op::kCos, 0, {v}));
+        } else if (expr.intrinsic == check::Intrinsic::kModf) {
+            out[0].push_back(emit_.unary(Op::kTrunc, v));
+            out[1].push_back(emit_.binary(Op::kSub, v, out[0].back()));
+        } else {
+            const std::array<ValueId, 2> parts = formulas_.mantissa_and_exponent(v);
+            out[0].push_back(parts[1]);
+            out[1].push_back(parts[0]);
+        }
+    }
+    targets_.store(targets[0], out[0]);
+    if (targets.size() > 1) targets_.store(targets[1], out[1]);
+    return targets.size() > 1 ? Value{} : out[1];
+}
+
+Value BuiltIns::derivatives(const check::Expr& expr, const Value& x) {
+    if (place_.alone) {
+        Value unknown;
+        for (const ValueId v : x) {
+            const auto which = static_cast<int32_t>(expr.intrinsic);
+            unknown.push_back(emit_.unknown(ir::Type::kFloat, kChange, which, 0, {v}));
+        }
+        return unknown;
+    }
+    if (rules_.refuse_in_dither(expr, "ddx") ||
+        rules_.refuse_in_shape(
+            expr, "ddx",
+            "a shape has no micropolygons; `gradient(f, p)` differentiates a function"))
+        return layout_.zero(expr.type);
+    if (place_.kind != ir::StageKind::kSurface) {
+        sink_->report(expr.span, diag::kStageMismatch, "ddx", "called in a volume stage")
+            .note(place_.fablet.volume.span,
+                  "stage declared `@Volume` here, which calls this function");
+        return layout_.zero(expr.type);
+    }
+    Value out;
+    for (const ValueId v : x) {
+        const ValueId along_x = emit_.function(Op::kDerivative, 0, {v});
+        const ValueId along_y = emit_.function(Op::kDerivative, 1, {v});
+        if (expr.intrinsic == check::Intrinsic::kFwidth) {
+            out.push_back(emit_.binary(Op::kAdd, emit_.unary(Op::kAbs, along_x),
+                                       emit_.unary(Op::kAbs, along_y)));
+        } else {
+            out.push_back(expr.intrinsic == check::Intrinsic::kDdx ? along_x : along_y);
         }
     }
     return out;
 }
 
-/// Reads the one of a rule's `count` inputs of a kind that the argument names. A number beyond them
-/// is the nearest, as of an array.
-Value StageTranslator::numbered(const check::Expr& expr, int32_t kind, int32_t count) {
-    const ValueId number = scalar(*expr.args[0]);
-    if (gave_up_) return zero(expr.type);
+/// Matrices are row-major.
+Value BuiltIns::matrix(const check::Expr& expr) {
+    std::vector<Value> args;
+    for (const check::ExprPtr& arg : expr.args)
+        args.push_back(expressions_.expression(*arg));
+    if (budget_.gave_up) return layout_.zero(expr.type);
     emit_.set_span(expr.span);
-    ValueId out = emit_.input(ir::Type::kInt, kind, 0, 0);
-    for (int32_t k = 1; k < count; ++k) {
-        const ValueId from_here = emit_.binary(Op::kGe, number, emit_.constant(k));
-        if (emit_.is_false(from_here)) break;
-        out = emit_.select(from_here, emit_.input(ir::Type::kInt, kind, k, 0), out);
-    }
-    return {out};
-}
-
-Value StageTranslator::composition(const check::Expr& expr) {
-    const check::Expr& object = *expr.args[0];
-    const Target to = target(object);
-    if (expr.kind == check::ExprKind::kClear) {
-        store(to, zero(object.type));
-        return {};
-    }
-    Value amounts = read(to, object);
-    if (expr.kind == check::ExprKind::kTotal) {
-        return {formulas_.sum(amounts)};
-    }
-    const ValueId material = scalar(*expr.args[1]);
-    const auto is_slot = [&](size_t slot) {
-        return emit_.binary(Op::kEq, material,
-                            emit_.constant(ir::Type::kInt, static_cast<uint32_t>(slot)));
-    };
-    // The common case of a single slot.
-    const bool known = emit_.is_constant(material);
-    const size_t first = known ? emit_.instr(material).bits : 0;
-    const size_t last = known ? first + 1 : amounts.size();
-    if (expr.kind == check::ExprKind::kGet) {
-        ValueId out = emit_.constant(0.0f);
-        for (size_t i = first; i < last; ++i) {
-            out = emit_.select(is_slot(i), amounts[i], out);
+    const check::Type& type = expr.args[0]->type;
+    const auto columns = static_cast<size_t>(type.size);
+    switch (expr.matrix_op) {
+        case check::MatrixOp::kMul:
+            return formulas_.product(args[0], args[1], columns);
+        case check::MatrixOp::kTranspose: {
+            Value out;
+            for (size_t j = 0; j < columns; ++j) {
+                for (size_t i = 0; i < static_cast<size_t>(type.rows); ++i)
+                    out.push_back(args[0][i * columns + j]);
+            }
+            return out;
         }
-        return {out};
+        case check::MatrixOp::kDeterminant:
+            return {formulas_.determinant(args[0], columns)};
+        case check::MatrixOp::kInverse:
+            return formulas_.inverse(args[0], columns);
     }
-    const ValueId amount = scalar(*expr.args[2]);
-    // Evaluating the arguments may have changed it: `mc.Set(m, mc.Total())` does not, but a
-    // function with an out parameter can.
-    amounts = read(to, object);
-    if (gave_up_) return {};
-    emit_.set_span(expr.span);
-    for (size_t i = first; i < last; ++i) {
-        const ValueId value = expr.kind == check::ExprKind::kAdd
-                                  ? emit_.binary(Op::kAdd, amounts[i], amount)
-                                  : amount;
-        amounts[i] = emit_.select(is_slot(i), value, amounts[i]);
-    }
-    store(to, amounts);
-    return {};
+    return layout_.zero(expr.type);
 }
 
-/// Composites the upper amounts over the lower ones: above + below * (1 - saturate(above.Total())).
-Value StageTranslator::over(const check::Expr& expr) {
-    const Value above = expression(*expr.args[0]);
-    const Value below = expression(*expr.args[1]);
-    if (above.empty() || gave_up_) return zero(expr.type);
+/// Lookups in curves (abi/curve_table.h): the stretch is picked by one select a key and coefficient, which costs as much
+/// as a third of a `noise` of three axes, needs no table in memory, and has intervals and derivatives like all
+/// arithmetic.
+Value BuiltIns::curve(const check::Expr& expr) {
+    const Value table = expressions_.expression(*expr.args[0]);
+    const ValueId given = expressions_.scalar(*expr.args[1]);
+    if (budget_.gave_up) return layout_.zero(expr.type);
     emit_.set_span(expr.span);
-    const ValueId total =
-        formulas_.clamp(formulas_.sum(above), emit_.constant(0.0f), emit_.constant(1.0f));
-    const ValueId rest = emit_.binary(Op::kSub, emit_.constant(1.0f), total);
-    return formulas_.binary(Op::kAdd, above, formulas_.binary(Op::kMul, below, {rest}));
+    const int32_t channels = expr.type.size;
+    const auto stride = static_cast<size_t>(abi::curve_stride(channels));
+    const auto header = static_cast<size_t>(abi::curve_header(channels));
+    // In this order NaN is the first key's.
+    const ValueId x = emit_.binary(Op::kMin, emit_.binary(Op::kMax, given, table[0]), table[1]);
+    Value piece(table.begin() + static_cast<ptrdiff_t>(header),
+                table.begin() + static_cast<ptrdiff_t>(header + stride));
+    for (size_t key = 1; key < size_t{abi::kCurveKeys}; ++key) {
+        const size_t at = header + key * stride;
+        const ValueId here = emit_.binary(Op::kGe, x, table[at]);
+        for (size_t k = 0; k < stride; ++k)
+            piece[k] = emit_.select(here, table[at + k], piece[k]);
+    }
+    const ValueId d = emit_.binary(Op::kSub, x, piece[0]);
+    Value out;
+    for (size_t channel = 0; channel < static_cast<size_t>(channels); ++channel) {
+        const ValueId* c = &piece[1 + 4 * channel];
+        ValueId value = c[3];
+        for (size_t k = 3; k-- > 0;)
+            value = emit_.binary(Op::kAdd, emit_.binary(Op::kMul, value, d), c[k]);
+        // Rounding goes no further than the keys, and intervals are no wider.
+        value = emit_.binary(Op::kMax, value, table[2 + 2 * channel]);
+        out.push_back(emit_.binary(Op::kMin, value, table[3 + 2 * channel]));
+    }
+    return out;
 }
 
 }  // namespace openfab::translate

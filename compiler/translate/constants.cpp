@@ -1,47 +1,41 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Lookups in curves (abi/curve_table.h): the stretch is picked by one select a key and coefficient, which costs as much
-// as a third of a `noise` of three axes, needs no table in memory, and has intervals and derivatives like all
-// arithmetic.
+#include "compiler/translate/constants.h"
 
-#include "abi/curve_table.h"
-#include "compiler/translate/stage_translator.h"
+#include <algorithm>
+#include <utility>
 
 namespace openfab::translate {
 
-using ir::Op;
 using ir::ValueId;
 
-Value StageTranslator::curve(const check::Expr& expr) {
-    const Value table = expression(*expr.args[0]);
-    const ValueId given = scalar(*expr.args[1]);
-    if (gave_up_) return zero(expr.type);
-    emit_.set_span(expr.span);
-    const int32_t channels = expr.type.size;
-    const auto stride = static_cast<size_t>(abi::curve_stride(channels));
-    const auto header = static_cast<size_t>(abi::curve_header(channels));
-    // In this order NaN is the first key's.
-    const ValueId x = emit_.binary(Op::kMin, emit_.binary(Op::kMax, given, table[0]), table[1]);
-    Value piece(table.begin() + static_cast<ptrdiff_t>(header),
-                table.begin() + static_cast<ptrdiff_t>(header + stride));
-    for (size_t key = 1; key < size_t{abi::kCurveKeys}; ++key) {
-        const size_t at = header + key * stride;
-        const ValueId here = emit_.binary(Op::kGe, x, table[at]);
-        for (size_t k = 0; k < stride; ++k)
-            piece[k] = emit_.select(here, table[at + k], piece[k]);
+Value Constants::expression(const check::Expr& expr) {
+    const size_t before = budget_.steps;
+    const size_t outer = std::exchange(budget_.step_limit, check::kMaxSteps);
+    const size_t unroll = std::exchange(budget_.unroll_limit, check::kMaxUnrolledStepsOfConstant);
+    Value out = expressions_.expression(expr);
+    budget_.unroll_limit = unroll;
+    budget_.step_limit = std::min(outer + budget_.steps - before, check::kMaxSteps);
+    return out;
+}
+
+/// A table is computed once; constant results are cached.
+Value Constants::value(const check::Symbol& symbol) {
+    const std::vector<ir::Type> types = layout_.components(symbol.type);
+    const auto known = known_.find(&symbol);
+    if (known != known_.end()) {
+        Value out;
+        for (size_t i = 0; i < types.size(); ++i)
+            out.push_back(emit_.constant(types[i], known->second[i]));
+        return out;
     }
-    const ValueId d = emit_.binary(Op::kSub, x, piece[0]);
-    Value out;
-    for (size_t channel = 0; channel < static_cast<size_t>(channels); ++channel) {
-        const ValueId* c = &piece[1 + 4 * channel];
-        ValueId value = c[3];
-        for (size_t k = 3; k-- > 0;)
-            value = emit_.binary(Op::kAdd, emit_.binary(Op::kMul, value, d), c[k]);
-        // Rounding goes no further than the keys, and intervals are no wider.
-        value = emit_.binary(Op::kMax, value, table[2 + 2 * channel]);
-        out.push_back(emit_.binary(Op::kMin, value, table[3 + 2 * channel]));
+    Value out = expression(*symbol.init);
+    std::vector<uint32_t> bits;
+    for (ValueId value : out) {
+        if (!emit_.is_constant(value)) return out;
+        bits.push_back(emit_.instr(value).bits);
     }
+    known_.emplace(&symbol, std::move(bits));
     return out;
 }
 

@@ -39,6 +39,8 @@ class Emitter : public ir::Builder {
     /// Returns an unknown value that is a function of `args`: equal arguments give the same value.
     ir::ValueId unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
                         std::vector<ir::ValueId> args);
+    /// Returns a number that no other placeholder has.
+    int32_t next_unknown() { return unknowns_++; }
     /// Emits an operation of other instructions, which may fold.
     ir::ValueId again(ir::Instr instr) { return add(std::move(instr)); }
     /// Removes all instructions from number `size` on.
@@ -88,6 +90,7 @@ class Emitter : public ir::Builder {
     bool are_opposite(ir::ValueId a, ir::ValueId b) const;
 
     std::map<Key, ir::ValueId> known_;
+    int32_t unknowns_ = 0;
     std::vector<Sum> sums_;  ///< of operations up to each instruction, computed on demand
     std::map<std::tuple<ir::Op, int32_t, size_t>, size_t> function_sizes_;
 };

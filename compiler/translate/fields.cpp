@@ -5,6 +5,7 @@
 // seeds, then differentiated in forward mode, which emits ordinary operations (compiler/functions/differentiate.h); of
 // a curvature twice. What is wanted is then emitted again with p in place of the seeds. What was emitted for seeds is
 // dead; p itself could not have been differentiated by, since it may be constant, or have equal components.
+#include "compiler/translate/fields.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +14,6 @@
 #include <utility>
 
 #include "compiler/functions/differentiate.h"
-#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 
@@ -179,30 +179,31 @@ ValueId curvature(const Value& gradient, const std::vector<Value>& second, Emitt
 
 }  // namespace
 
-Value StageTranslator::field(const check::Expr& expr) {
+Value Fields::field(const check::Expr& expr) {
     const check::Function& f = *expr.function;
     const bool curved = expr.kind == check::ExprKind::kMeanCurvature;
-    if (too_complex(expr.span)) return zero(expr.type);
+    if (budget_.too_complex(expr.span)) return layout_.zero(expr.type);
     std::vector<Variable> arguments;
     for (const check::ExprPtr& arg : expr.args)
-        arguments.push_back({expression(*arg), {}});
-    if (gave_up_) return zero(expr.type);
+        arguments.push_back({expressions_.expression(*arg), {}});
+    if (budget_.gave_up) return layout_.zero(expr.type);
     emit_.set_span(expr.span);
     // Numbers below 0 are no result of a call.
-    if (alone_) return call_result(f, expr.type, curved ? -2 : -1, arguments);
+    if (place_.alone) return calls_.result(f, expr.type, curved ? -2 : -1, arguments);
     const Value p = arguments[0].value;
     const auto first = static_cast<ValueId>(emit_.size());
     Value seeds;
     for (size_t axis = 0; axis < p.size(); ++axis)
-        seeds.push_back(emit_.unknown(ir::Type::kFloat, kSeed, unknowns_++, 0, {}));
+        seeds.push_back(emit_.unknown(ir::Type::kFloat, kSeed, emit_.next_unknown(), 0, {}));
     arguments[0].value = seeds;
-    inlined_.insert(&f);
+    calls_.add_inlined(f);
     // A message about seeds would mean nothing.
-    const bool prints = std::exchange(options_.enable_printf, false);
+    const bool prints = std::exchange(printing_.enabled, false);
     std::vector<Value> results;
-    const Value value = nested(expr.span, [&] { return run_body(f, arguments, &results); });
-    options_.enable_printf = prints;
-    if (gave_up_) return zero(expr.type);
+    const Value value =
+        budget_.nested(expr.span, [&] { return calls_.run_body(f, arguments, &results); });
+    printing_.enabled = prints;
+    if (budget_.gave_up) return layout_.zero(expr.type);
     emit_.set_span(expr.span);
     Field field(&emit_, first, std::move(seeds));
     Value out = field.derivatives(value[0]);
@@ -216,12 +217,12 @@ Value StageTranslator::field(const check::Expr& expr) {
     emit_.count_none(first);
     out = field.at(out, p);
     if (field.fault == kNoValue) return out;
-    report_field(expr, emit_.instr(field.fault));
-    gave_up_ = true;
-    return zero(expr.type);
+    report(expr, emit_.instr(field.fault));
+    budget_.gave_up = true;
+    return layout_.zero(expr.type);
 }
 
-void StageTranslator::report_field(const check::Expr& expr, const ir::Instr& fault) {
+void Fields::report(const check::Expr& expr, const ir::Instr& fault) {
     struct Reason {
         Op op;
         const char* what;

@@ -1,16 +1,11 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Loops: unrolled if the number of iterations is constant and the result stays small, else real
-// loops. A real loop is translated as `if (test) do { body; step; } while (test)`, since every
-// iteration costs a pass over memory. A failed attempt is rolled back, code and diagnostics, before
-// the next.
+#include "compiler/translate/loops.h"
+
 #include <algorithm>
 #include <utility>
 
 #include "compiler/translate/loop_bounds.h"
-#include "compiler/translate/proof.h"
-#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 
@@ -22,9 +17,12 @@ namespace {
 // load and a store of each variable in each iteration.
 constexpr int kFewTrips = 16;
 constexpr size_t kManyOperations = 4000;  // for few iterations
-constexpr size_t kFewOperations = 1500;   // for more
+
+constexpr size_t kFewOperations = 1500;  // for more
+
 // The size of a stage from which no more loops are unrolled.
 constexpr size_t kMaxUnrolledOperations = 12000;
+
 // The most segments that unrolling may add to a stage.
 constexpr size_t kManyKernels = 16;
 
@@ -131,66 +129,35 @@ const check::Symbol* steady_counter(const check::Stmt& loop) {
 
 }  // namespace
 
-StageTranslator::Attempt StageTranslator::attempt() const {
-    return {emit_.size(), stage_->printfs.size(), sink_->mark(), variables_, open_, frame_,
-            live_,        inline_depth_};
+Loops::Attempt Loops::attempt() const {
+    return {emit_.size(), stage_->printfs.size(), sink_->mark(), paths_.variables,
+            paths_.open,  paths_.frame,           paths_.live,   budget_.inline_depth};
 }
 
 /// Rolls back to the start of an attempt, except the diagnostics.
-void StageTranslator::rollback_code(const Attempt& start) {
+void Loops::rollback_code(const Attempt& start) {
     emit_.truncate(start.instructions);
     stage_->printfs.resize(start.printfs);
-    variables_ = start.variables;
-    open_ = start.open;
-    frame_ = start.frame;
-    live_ = start.live;
-    inline_depth_ = start.inline_depth;
+    paths_.variables = start.variables;
+    paths_.open = start.open;
+    paths_.frame = start.frame;
+    paths_.live = start.live;
+    budget_.inline_depth = start.inline_depth;
 }
 
-void StageTranslator::rollback(const Attempt& start) {
+void Loops::rollback(const Attempt& start) {
     rollback_code(start);
     sink_->rollback(start.reported);
-    gave_up_ = false;
+    budget_.gave_up = false;
 }
 
-bool StageTranslator::is_implied(ValueId fact, ValueId and_where) const {
-    std::vector<ValueId> given = outer_live_;
-    given.push_back(live_);
-    given.push_back(and_where);
-    return std::any_of(given.begin(), given.end(),
-                       [&](ValueId condition) { return emit_.implies(condition, fact); }) ||
-           follows(*stage_, given, fact);
-}
-
-/// Returns `assigned`, or true in an unknown iteration.
-ValueId StageTranslator::assigned_by_a_trip(ValueId assigned, int32_t which) {
-    if (emit_.is_true(assigned)) return assigned;
-    const ValueId unknown = emit_.input(ir::Type::kBool, which, unknowns_++, 0);
-    return emit_.logical_or(assigned, unknown);
-}
-
-/// Returns whether only an earlier iteration can have assigned it.
-bool StageTranslator::unassigned_in_first_trip(ValueId assigned) const {
-    const ir::Instr& instr = emit_.instr(assigned);
-    if (instr.op == ir::Op::kInput) return instr.kind == kEarlierTrip;
-    return instr.op == ir::Op::kOr && unassigned_in_first_trip(instr.args[0]) &&
-           unassigned_in_first_trip(instr.args[1]);
-}
-
-/// Returns whether loops are open and the first iteration of each reaches the current point.
-bool StageTranslator::first_trip_comes_here() const {
-    if (outer_live_.empty()) return false;
-    return emit_.is_true(live_) && std::all_of(outer_live_.begin() + 1, outer_live_.end(),
-                                               [&](ValueId guard) { return emit_.is_true(guard); });
-}
-
-void StageTranslator::loop(const check::Stmt& stmt) {
+void Loops::loop(const check::Stmt& stmt) {
     if (stmt.init != nullptr) {
         // Not a block: its declarations live as long as the loop.
         for (const check::StmtPtr& child : stmt.init->body)
-            statement(*child);
+            statements_.statement(*child);
     }
-    if (gave_up_) return;
+    if (budget_.gave_up) return;
     const Attempt start = attempt();
     if (unroll_in_steps(stmt)) return;
     rollback(start);
@@ -199,17 +166,17 @@ void StageTranslator::loop(const check::Stmt& stmt) {
 
 /// Unrolls unless it takes too many steps: nests of which all is constant come to few operations
 /// however often they run. What the steps were spent on is not tried again.
-bool StageTranslator::unroll_in_steps(const check::Stmt& stmt) {
+bool Loops::unroll_in_steps(const check::Stmt& stmt) {
     if (too_long_.count(&stmt) != 0) return false;
-    const size_t limit = steps_ + unroll_limit_;
-    const size_t outer = std::exchange(step_limit_, std::min(step_limit_, limit));
+    const size_t limit = budget_.steps + budget_.unroll_limit;
+    const size_t outer = std::exchange(budget_.step_limit, std::min(budget_.step_limit, limit));
     const bool done = unroll(stmt);
-    step_limit_ = outer;
-    if (steps_ > limit) too_long_.insert(&stmt);
+    budget_.step_limit = outer;
+    if (budget_.steps > limit) too_long_.insert(&stmt);
     return done;
 }
 
-bool StageTranslator::fits_unroll_budget(size_t begin, int trips) {
+bool Loops::fits_unroll_budget(size_t begin, int trips) {
     const size_t size = emit_.operations() - emit_.operations(begin);
     size_t kernels = 0;
     for (size_t id = begin; id < emit_.size(); ++id) {
@@ -221,66 +188,65 @@ bool StageTranslator::fits_unroll_budget(size_t begin, int trips) {
 }
 
 /// Returns false if a test is not a constant or the result would be too long.
-bool StageTranslator::unroll(const check::Stmt& stmt) {
+bool Loops::unroll(const check::Stmt& stmt) {
     const size_t begin = emit_.size();
-    const Frame outer = frame_;
-    frame_.in_loop = true;
-    frame_.broken = add_flag();
-    frame_.continued = add_flag();
+    const Frame outer = paths_.frame;
+    paths_.frame.in_loop = true;
+    paths_.frame.broken = paths_.add_flag();
+    paths_.frame.continued = paths_.add_flag();
     std::vector<ValueId> pending;
     bool done = false;
-    for (int trips = 0; !gave_up_; ++trips) {
+    for (int trips = 0; !budget_.gave_up; ++trips) {
         if (stmt.bound > 0 && trips == stmt.bound) {
             done = true;
             break;
         }
         if (stmt.expr != nullptr && !(stmt.test_last && trips == 0)) {
-            const ValueId test = scalar(*stmt.expr);
+            const ValueId test = expressions_.scalar(*stmt.expr);
             if (!emit_.is_constant(test)) break;
             done = emit_.is_false(test);
             if (done) break;
         }
         if (trips == check::kMaxUnrolledTrips || !fits_unroll_budget(begin, trips)) break;
-        const size_t outside = variables_.size();
-        statement(*stmt.body[0]);
-        variables_.resize(outside);
-        set_flag(frame_.continued, emit_.constant(false));
-        if (!skip_where_exited(&pending)) {
-            done = !gave_up_;
+        const size_t outside = paths_.variables.size();
+        statements_.statement(*stmt.body[0]);
+        paths_.variables.resize(outside);
+        paths_.set_flag(paths_.frame.continued, emit_.constant(false));
+        if (!statements_.skip_where_exited(&pending)) {
+            done = !budget_.gave_up;
             break;
         }
-        if (stmt.step != nullptr) expression(*stmt.step);
+        if (stmt.step != nullptr) expressions_.expression(*stmt.step);
     }
     if (!done) return false;
-    unwind(pending);
-    frame_.in_loop = outer.in_loop;
-    frame_.broken = outer.broken;
-    frame_.continued = outer.continued;
+    paths_.unwind(pending);
+    paths_.frame.in_loop = outer.in_loop;
+    paths_.frame.broken = outer.broken;
+    paths_.frame.continued = outer.continued;
     return true;
 }
 
-std::set<StageTranslator::VariableId> StageTranslator::guess_changed(
-    const check::Stmt& stmt) const {
+std::set<VariableId> Loops::guess_changed(const check::Stmt& stmt) const {
     AssignedSymbols assigned;
     assigned.visit(stmt);
     std::set<VariableId> out;
     for (const check::Symbol* symbol : assigned.symbols) {
-        const auto found = frame_.variables.find(symbol);
-        if (found != frame_.variables.end() && found->second < variables_.size()) {
+        const auto found = paths_.frame.variables.find(symbol);
+        if (found != paths_.frame.variables.end() && found->second < paths_.variables.size()) {
             out.insert(found->second);
         }
     }
-    if (assigned.returns) out.insert({frame_.result, frame_.returned});
+    if (assigned.returns) out.insert({paths_.frame.result, paths_.frame.returned});
     return out;
 }
 
-void StageTranslator::run_loop(const check::Stmt& stmt) {
-    ValueId guard = live_;
+void Loops::run_loop(const check::Stmt& stmt) {
+    ValueId guard = paths_.live;
     bool certain = true;  // the first iteration runs wherever the loop is reached
     if (stmt.expr != nullptr && !stmt.test_last) {
-        const ValueId test = scalar(*stmt.expr);
+        const ValueId test = expressions_.scalar(*stmt.expr);
         certain = emit_.is_true(test);
-        guard = emit_.logical_and(live_, test);
+        guard = emit_.logical_and(paths_.live, test);
     }
     std::set<VariableId> changed = guess_changed(stmt);
     const Attempt start = attempt();
@@ -290,19 +256,19 @@ void StageTranslator::run_loop(const check::Stmt& stmt) {
         for (const auto& item : made.changes) {
             if (changed.insert(item.first).second) complete = false;
         }
-        if (gave_up_) return rollback_code(start);
+        if (budget_.gave_up) return rollback_code(start);
         if (complete) return finish_loop(stmt, made, guard, certain);
         rollback(start);
     }
 }
 
 /// Adds to the tests that hold in this iteration on which side of its start the counter is.
-void StageTranslator::push_start_test(const check::Stmt& stmt) {
+void Loops::push_start_test(const check::Stmt& stmt) {
     const check::Symbol* counter = steady_counter(stmt);
     if (counter == nullptr) return;
-    const auto found = frame_.variables.find(counter);
-    if (found == frame_.variables.end()) return;
-    const ValueId now = variables_[found->second].value[0];
+    const auto found = paths_.frame.variables.find(counter);
+    if (found == paths_.frame.variables.end()) return;
+    const ValueId now = paths_.variables[found->second].value[0];
     if (emit_.instr(now).op != ir::Op::kLoopVar) return;
     const ir::Op side = stmt.step->op == ir::Op::kAdd ? ir::Op::kGe : ir::Op::kLe;
     tests_.push_back(emit_.binary(side, now, emit_.instr(now).args[1]));
@@ -310,70 +276,71 @@ void StageTranslator::push_start_test(const check::Stmt& stmt) {
 
 /// Makes one attempt: translates the loop up to its end, which is not emitted yet. Restores the
 /// variables.
-StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, ValueId guard,
-                                                     const std::set<VariableId>& changed) {
+Loops::RealLoop Loops::make_loop(const check::Stmt& stmt, ValueId guard,
+                                 const std::set<VariableId>& changed) {
     RealLoop made;
     // Before the loop, which starts with its variables.
     for (const VariableId id : changed) {
         Value& assigned = made.assigned_before[id];
-        for (const ValueId before : variables_[id].assigned)
-            assigned.push_back(assigned_by_a_trip(before, kEarlierTrip));
+        for (const ValueId before : paths_.variables[id].assigned)
+            assigned.push_back(facts_.assigned_by_a_trip(before, kEarlierTrip));
     }
     const ValueId zero = emit_.constant(ir::Type::kInt, 0);
     made.loop = emit_.loop(guard);
-    open_.push_back({{}, variables_.size(), live_});
-    outer_live_.push_back(guard);
-    live_ = emit_.constant(true);
+    paths_.open.push_back({{}, paths_.variables.size(), paths_.live});
+    paths_.outer_live.push_back(guard);
+    paths_.live = emit_.constant(true);
     for (const VariableId id : changed) {
-        Variable v = variables_[id];
+        Variable v = paths_.variables[id];
         for (ValueId& value : v.value) {
             value = emit_.loop_var(made.loop, static_cast<int32_t>(made.vars++), value);
         }
         // After a return there is no further iteration.
-        if (id == frame_.returned) v.value[0] = variables_[id].value[0];
+        if (id == paths_.frame.returned) v.value[0] = paths_.variables[id].value[0];
         v.assigned = made.assigned_before.at(id);
-        set(id, std::move(v));
+        paths_.set(id, std::move(v));
     }
     const ValueId counter = stmt.bound > 0
                                 ? emit_.loop_var(made.loop, static_cast<int32_t>(made.vars), zero)
                                 : ir::kNoValue;
     // The variables' initial values must precede the loop.
-    const Frame outer = frame_;
-    frame_.in_loop = true;
-    frame_.broken = add_flag();
-    frame_.continued = add_flag();
-    const VariableId go = add_flag();
+    const Frame outer = paths_.frame;
+    paths_.frame.in_loop = true;
+    paths_.frame.broken = paths_.add_flag();
+    paths_.frame.continued = paths_.add_flag();
+    const VariableId go = paths_.add_flag();
     const bool tested = stmt.expr != nullptr && !stmt.test_last && is_plain(*stmt.expr);
     const size_t outer_tests = tests_.size();
     if (tested) {
-        tests_.push_back(scalar(*stmt.expr));
+        tests_.push_back(expressions_.scalar(*stmt.expr));
         push_start_test(stmt);
     }
-    statement(*stmt.body[0]);
+    statements_.statement(*stmt.body[0]);
     tests_.resize(outer_tests);
-    set_flag(frame_.continued, emit_.constant(false));
+    paths_.set_flag(paths_.frame.continued, emit_.constant(false));
     std::vector<ValueId> pending;
-    if (skip_where_exited(&pending)) {
-        if (stmt.step != nullptr) expression(*stmt.step);
-        set_flag(go, stmt.expr != nullptr ? scalar(*stmt.expr) : emit_.constant(true));
+    if (statements_.skip_where_exited(&pending)) {
+        if (stmt.step != nullptr) expressions_.expression(*stmt.step);
+        paths_.set_flag(
+            go, stmt.expr != nullptr ? expressions_.scalar(*stmt.expr) : emit_.constant(true));
     }
-    unwind(pending);
-    made.again = flag(go);
+    paths_.unwind(pending);
+    made.again = paths_.flag(go);
     if (counter != ir::kNoValue) {
         made.count = emit_.binary(ir::Op::kAdd, counter, emit_.constant(ir::Type::kInt, 1));
         const ValueId limit = emit_.constant(ir::Type::kInt, static_cast<uint32_t>(stmt.bound));
         made.again = emit_.logical_and(made.again, emit_.binary(ir::Op::kLt, made.count, limit));
     }
-    frame_.in_loop = outer.in_loop;
-    frame_.broken = outer.broken;
-    frame_.continued = outer.continued;
-    outer_live_.pop_back();
-    made.changes = leave();
+    paths_.frame.in_loop = outer.in_loop;
+    paths_.frame.broken = outer.broken;
+    paths_.frame.continued = outer.continued;
+    paths_.outer_live.pop_back();
+    made.changes = paths_.leave();
     return made;
 }
 
-void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made, ValueId guard,
-                                  bool certain) {
+void Loops::finish_loop(const check::Stmt& stmt, const RealLoop& made, ValueId guard,
+                        bool certain) {
     std::vector<ValueId> next;
     for (const auto& item : made.changes)
         next.insert(next.end(), item.second.value.begin(), item.second.value.end());
@@ -391,17 +358,18 @@ void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made,
     const ValueId ran = certain ? emit_.constant(true) : guard;
     int32_t number = 0;
     for (const auto& item : made.changes) {
-        Variable v = variables_[item.first];
+        Variable v = paths_.variables[item.first];
         for (size_t i = 0; i < v.value.size(); ++i, ++number) {
             v.value[i] = emit_.loop_result(end, number);
         }
         for (size_t i = 0; i < v.assigned.size(); ++i) {
             const ValueId by_trip = item.second.assigned[i];
             if (by_trip == made.assigned_before.at(item.first)[i]) continue;  // by none
-            v.assigned[i] = always(by_trip) ? emit_.logical_or(v.assigned[i], ran)
-                                            : assigned_by_a_trip(v.assigned[i], kSomeTrip);
+            v.assigned[i] = facts_.always(by_trip)
+                                ? emit_.logical_or(v.assigned[i], ran)
+                                : facts_.assigned_by_a_trip(v.assigned[i], kSomeTrip);
         }
-        set(item.first, std::move(v));
+        paths_.set(item.first, std::move(v));
     }
 }
 

@@ -8,18 +8,18 @@ namespace openfab::translate {
 
 using ir::ValueId;
 
-Paths::VariableId Paths::add_variable(Variable v) {
-    variables_.push_back(std::move(v));
-    return variables_.size() - 1;
+VariableId Paths::add_variable(Variable v) {
+    variables.push_back(std::move(v));
+    return variables.size() - 1;
 }
 
-Paths::VariableId Paths::add_flag() {
+VariableId Paths::add_flag() {
     return add_variable({{emit_.constant(false)}, {}});
 }
 
 void Paths::set(VariableId id, Variable v) {
-    if (!open_.empty()) open_.back().before.try_emplace(id, variables_[id]);
-    variables_[id] = std::move(v);
+    if (!open.empty()) open.back().before.try_emplace(id, variables[id]);
+    variables[id] = std::move(v);
 }
 
 void Paths::set_flag(VariableId id, ValueId value) {
@@ -27,20 +27,20 @@ void Paths::set_flag(VariableId id, ValueId value) {
 }
 
 void Paths::enter(ValueId condition) {
-    open_.push_back({{}, variables_.size(), live_});
-    live_ = emit_.logical_and(live_, condition);
+    open.push_back({{}, variables.size(), live});
+    live = emit_.logical_and(live, condition);
 }
 
-Paths::Changes Paths::leave() {
-    Branch branch = std::move(open_.back());
-    open_.pop_back();
-    live_ = branch.live;
+Changes Paths::leave() {
+    Branch branch = std::move(open.back());
+    open.pop_back();
+    live = branch.live;
     Changes after;
     for (auto& [id, before] : branch.before) {
         if (id >= branch.variables) continue;  // declared inside: not visible outside
-        after.emplace(id, std::exchange(variables_[id], std::move(before)));
+        after.emplace(id, std::exchange(variables[id], std::move(before)));
     }
-    variables_.resize(branch.variables);
+    variables.resize(branch.variables);
     return after;
 }
 
@@ -50,8 +50,8 @@ void Paths::merge(ValueId condition, const Changes& yes, const Changes& no) {
         all.emplace(id, v);
     for (const auto& item : all) {
         const VariableId id = item.first;
-        const Variable& a = yes.count(id) != 0 ? yes.at(id) : variables_[id];
-        const Variable& b = no.count(id) != 0 ? no.at(id) : variables_[id];
+        const Variable& a = yes.count(id) != 0 ? yes.at(id) : variables[id];
+        const Variable& b = no.count(id) != 0 ? no.at(id) : variables[id];
         Variable merged;
         for (size_t i = 0; i < a.value.size(); ++i) {
             merged.value.push_back(emit_.select(condition, a.value[i], b.value[i]));
@@ -77,10 +77,10 @@ void Paths::branch(ValueId condition, const std::function<void()>& yes,
 }
 
 ValueId Paths::exited() {
-    ValueId out = flag(frame_.returned);
-    if (!frame_.in_loop) return out;
-    out = emit_.logical_or(out, flag(frame_.broken));
-    return emit_.logical_or(out, flag(frame_.continued));
+    ValueId out = flag(frame.returned);
+    if (!frame.in_loop) return out;
+    out = emit_.logical_or(out, flag(frame.broken));
+    return emit_.logical_or(out, flag(frame.continued));
 }
 
 void Paths::unwind(const std::vector<ValueId>& pending) {

@@ -19,40 +19,47 @@
 
 namespace openfab::translate {
 
+using VariableId = size_t;
+
+/// A variable's components, and for each whether it has been assigned, as a bool value.
+struct Variable {
+    Value value;
+    Value assigned;
+};
+
+/// The variables that a branch changed: their state before it or, once left, after it.
+using Changes = std::map<VariableId, Variable>;
+
+/// An open branch: its changes so far, and the state outside.
+struct Branch {
+    Changes before;
+    size_t variables = 0;
+    ir::ValueId live = 0;
+};
+
+/// One function that is being inlined, or the stage's body.
+struct Frame {
+    std::map<const check::Symbol*, VariableId> variables;
+    VariableId result = 0;
+    VariableId returned = 0;
+    bool in_loop = false;
+    VariableId broken = 0;
+    VariableId continued = 0;
+};
+
 /// The variables of a stage under translation, and the paths that reach the current point.
 class Paths {
-  protected:
-    using VariableId = size_t;
-    /// A variable's components, and for each whether it has been assigned, as a bool value.
-    struct Variable {
-        Value value;
-        Value assigned;
-    };
-    /// The variables that a branch changed: their state before it or, once left, after it.
-    using Changes = std::map<VariableId, Variable>;
-    /// An open branch: its changes so far, and the state outside.
-    struct Branch {
-        Changes before;
-        size_t variables = 0;
-        ir::ValueId live = 0;
-    };
-    /// One function that is being inlined, or the stage's body.
-    struct Frame {
-        std::map<const check::Symbol*, VariableId> variables;
-        VariableId result = 0;
-        VariableId returned = 0;
-        bool in_loop = false;
-        VariableId broken = 0;
-        VariableId continued = 0;
-    };
+  public:
+    explicit Paths(Emitter* emit) : emit_(*emit) {}
 
-    explicit Paths(ir::Stage* out) : emit_(out) {}
-
+    VariableId variable_of(const check::Symbol& symbol) const {
+        return frame.variables.at(&symbol);
+    }
     VariableId add_variable(Variable v);
     VariableId add_flag();
     void set(VariableId id, Variable v);
     void set_flag(VariableId id, ir::ValueId value);
-    ir::ValueId flag(VariableId id) const { return variables_[id].value[0]; }
+    ir::ValueId flag(VariableId id) const { return variables[id].value[0]; }
     void enter(ir::ValueId condition);
     Changes leave();
     void merge(ir::ValueId condition, const Changes& yes, const Changes& no);
@@ -61,11 +68,14 @@ class Paths {
     ir::ValueId exited();
     void unwind(const std::vector<ir::ValueId>& pending);
 
-    Emitter emit_;
-    std::vector<Variable> variables_;
-    std::vector<Branch> open_;
-    Frame frame_;
-    ir::ValueId live_ = 0;
+    std::vector<Variable> variables;
+    std::vector<Branch> open;
+    Frame frame;
+    ir::ValueId live = 0;
+    std::vector<ir::ValueId> outer_live;  ///< the condition around each open real loop
+
+  private:
+    Emitter& emit_;
 };
 
 }  // namespace openfab::translate

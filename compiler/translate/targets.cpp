@@ -4,13 +4,15 @@
 // Targets: the parts of a variable or a value that swizzles, members and indices select. A varying
 // index selects one of several alternatives by a condition; it is clamped to the array, so that it
 // always selects an element.
+#include "compiler/translate/targets.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "compiler/ir/arithmetic.h"
-#include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 
@@ -25,19 +27,8 @@ constexpr size_t kMostChosen = 8;
 
 }  // namespace
 
-/// Returns the first component of member `index`, and the number of its components.
-std::pair<size_t, size_t> StageTranslator::member_range(const check::Type& type,
-                                                        size_t index) const {
-    const std::vector<check::StructMember>& members =
-        type.is(check::Base::kSurfacePoint) ? fablet_.point_members : type.record->members;
-    size_t first = 0;
-    for (size_t i = 0; i < index; ++i)
-        first += component_count(members[i].type);
-    return {first, component_count(members[index].type)};
-}
-
 /// Returns the condition under which a varying index, clamped to 0 … count - 1, is `k`.
-ValueId StageTranslator::index_is(ValueId index, int k, int count) {
+ValueId Targets::index_is(ValueId index, int k, int count) {
     const ir::Type type = emit_.type(index);
     const auto number = [&](int value) {
         return emit_.constant(type, static_cast<uint32_t>(value));
@@ -48,10 +39,10 @@ ValueId StageTranslator::index_is(ValueId index, int k, int count) {
 }
 
 /// Replaces each alternative of `target` by its element at the index.
-void StageTranslator::pick_element(const check::Expr& expr, Target* target) {
+void Targets::pick_element(const check::Expr& expr, Target* target) {
     const check::Type& type = expr.args[0]->type;
     const auto count = static_cast<size_t>(type.length());
-    const ValueId index = scalar(*expr.args[1]);
+    const ValueId index = expressions_.scalar(*expr.args[1]);
     const auto element = [&](const Alternative& alternative, size_t k) {
         const size_t width = alternative.lanes.size() / count;
         const auto first = alternative.lanes.begin() + static_cast<ptrdiff_t>(k * width);
@@ -68,12 +59,12 @@ void StageTranslator::pick_element(const check::Expr& expr, Target* target) {
         return;
     }
     if (target->alternatives.size() * count > kMaxAlternatives) {
-        if (!gave_up_) {
+        if (!budget_.gave_up) {
             sink_->report(expr.span, diag::kTooComplex,
                           fmt::format("a varying index that may pick more than {} elements",
                                       kMaxAlternatives));
         }
-        gave_up_ = true;
+        budget_.gave_up = true;
         return;
     }
     target->indices.push_back({index, count});
@@ -88,7 +79,7 @@ void StageTranslator::pick_element(const check::Expr& expr, Target* target) {
 
 /// Emits the condition of each alternative, unless they are there: those of the first index change
 /// fastest.
-void StageTranslator::make_conditions(Target* target) {
+void Targets::make_conditions(Target* target) {
     std::vector<Alternative>& alternatives = target->alternatives;
     if (alternatives.empty() || alternatives[0].condition != ir::kNoValue) return;
     std::vector<ValueId> conditions = {emit_.constant(true)};
@@ -106,7 +97,7 @@ void StageTranslator::make_conditions(Target* target) {
 }
 
 /// Returns which alternative of a target with indices is picked, within their number.
-ValueId StageTranslator::picked_alternative(const Target& target) {
+ValueId Targets::picked_alternative(const Target& target) {
     if (target.indices.size() == 1) return target.indices[0].value;
     ValueId sum = emit_.constant(0);
     size_t apart = 1;
@@ -125,33 +116,34 @@ ValueId StageTranslator::picked_alternative(const Target& target) {
 }
 
 /// Called once per occurrence in the program, since an index may have side effects.
-StageTranslator::Target StageTranslator::target(const check::Expr& expr) {
+Target Targets::target(const check::Expr& expr) {
     Target out;
     const bool part = expr.kind == check::ExprKind::kSwizzle ||
                       expr.kind == check::ExprKind::kMember || expr.kind == check::ExprKind::kIndex;
     if (!part) {
-        const bool variable =
-            expr.kind == check::ExprKind::kVariable && frame_.variables.count(expr.symbol) != 0;
+        const bool variable = expr.kind == check::ExprKind::kVariable &&
+                              paths_.frame.variables.count(expr.symbol) != 0;
         if (variable) {
             out.symbol = expr.symbol;
         } else {
-            out.value = expression(expr);
+            out.value = expressions_.expression(expr);
         }
         out.alternatives.push_back({emit_.constant(true), {}});
-        out.alternatives[0].lanes.resize(variable ? component_count(expr.type) : out.value.size());
+        out.alternatives[0].lanes.resize(variable ? layout_.component_count(expr.type)
+                                                  : out.value.size());
         std::iota(out.alternatives[0].lanes.begin(), out.alternatives[0].lanes.end(), size_t{0});
         return out;
     }
     out = target(*expr.args[0]);
-    if (gave_up_) return {};
+    if (budget_.gave_up) return {};
     if (expr.kind == check::ExprKind::kIndex) {
         pick_element(expr, &out);
-        return gave_up_ ? Target{} : out;
+        return budget_.gave_up ? Target{} : out;
     }
     std::vector<size_t> picked(expr.lanes.begin(),
                                expr.lanes.begin() + std::min(expr.type.size, 4));
     if (expr.kind == check::ExprKind::kMember) {
-        const auto [first, count] = member_range(expr.args[0]->type, expr.bits);
+        const auto [first, count] = layout_.member_range(expr.args[0]->type, expr.bits);
         picked.resize(count);
         std::iota(picked.begin(), picked.end(), first);
     }
@@ -165,9 +157,9 @@ StageTranslator::Target StageTranslator::target(const check::Expr& expr) {
 }
 
 /// Reports a read of a variable before it has a value.
-void StageTranslator::check_read(const Target& of, const source::Span& span) {
+void Targets::check_read(const Target& of, const source::Span& span) {
     const check::Symbol& symbol = *of.symbol;
-    const Variable& v = variables_[variable_of(symbol)];
+    const Variable& v = paths_.variables[paths_.variable_of(symbol)];
     if (v.assigned.empty()) return;
     const auto is_assigned = [&](size_t lane) { return emit_.is_true(v.assigned[lane]); };
     if (std::all_of(of.alternatives.begin(), of.alternatives.end(), [&](const Alternative& one) {
@@ -176,7 +168,7 @@ void StageTranslator::check_read(const Target& of, const source::Span& span) {
         return;
     Target target = of;
     make_conditions(&target);
-    const bool first_trip = first_trip_comes_here();
+    const bool first_trip = facts_.first_trip_comes_here();
     bool never = true;
     bool maybe = false;
     for (const Alternative& alternative : target.alternatives) {
@@ -184,9 +176,9 @@ void StageTranslator::check_read(const Target& of, const source::Span& span) {
         for (size_t lane : alternative.lanes) {
             const ValueId assigned = v.assigned[lane];
             unset = unset || emit_.is_false(assigned) ||
-                    (first_trip && unassigned_in_first_trip(assigned));
-            maybe =
-                maybe || !(emit_.is_true(assigned) || is_implied(assigned, alternative.condition));
+                    (first_trip && facts_.unassigned_in_first_trip(assigned));
+            maybe = maybe || !(emit_.is_true(assigned) ||
+                               facts_.is_implied(assigned, alternative.condition));
         }
         never = never && unset;
     }
@@ -204,19 +196,20 @@ void StageTranslator::check_read(const Target& of, const source::Span& span) {
 }
 
 /// Marks a variable as assigned after a report, so that later reads are not reported too.
-void StageTranslator::take_as_assigned(const Target& target) {
-    Variable& v = variables_[variable_of(*target.symbol)];
+void Targets::take_as_assigned(const Target& target) {
+    Variable& v = paths_.variables[paths_.variable_of(*target.symbol)];
     for (const Alternative& alternative : target.alternatives) {
         for (const size_t lane : alternative.lanes)
             v.assigned[lane] = emit_.constant(true);
     }
 }
 
-Value StageTranslator::read(const Target& target, const check::Expr& expr) {
-    if (target.alternatives.empty()) return zero(expr.type);
+Value Targets::read(const Target& target, const check::Expr& expr) {
+    if (target.alternatives.empty()) return layout_.zero(expr.type);
     if (target.symbol != nullptr) check_read(target, expr.span);
-    const Value& whole =
-        target.symbol != nullptr ? variables_[variable_of(*target.symbol)].value : target.value;
+    const Value& whole = target.symbol != nullptr
+                             ? paths_.variables[paths_.variable_of(*target.symbol)].value
+                             : target.value;
     Value out;
     if (target.alternatives.size() > kMostChosen) {
         const ValueId picked = picked_alternative(target);
@@ -239,7 +232,7 @@ Value StageTranslator::read(const Target& target, const check::Expr& expr) {
     return out;
 }
 
-void StageTranslator::store(Target target, const Value& value) {
+void Targets::store(Target target, const Value& value) {
     if (target.symbol == nullptr) return;
     const size_t begin = emit_.size();
     if (target.indices.size() > 1 && target.alternatives.size() > kMostChosen) {
@@ -251,8 +244,8 @@ void StageTranslator::store(Target target, const Value& value) {
     } else {
         make_conditions(&target);
     }
-    const VariableId id = variable_of(*target.symbol);
-    Variable v = variables_[id];
+    const VariableId id = paths_.variable_of(*target.symbol);
+    Variable v = paths_.variables[id];
     for (const Alternative& alternative : target.alternatives) {
         for (size_t i = 0; i < alternative.lanes.size(); ++i) {
             const size_t lane = alternative.lanes[i];
@@ -263,36 +256,7 @@ void StageTranslator::store(Target target, const Value& value) {
         }
     }
     if (target.alternatives.size() > kMostChosen) emit_.count_as_step(begin);
-    set(id, std::move(v));
-}
-
-/// Returns the indices that a texture, material or object value may have, ascending; 0 to `all` - 1
-/// if unknown.
-std::vector<int32_t> StageTranslator::possible_indices(ValueId value, int32_t all) const {
-    std::vector<int32_t> out;
-    std::vector<ValueId> open = {value};
-    std::set<ValueId> seen;
-    while (!open.empty()) {
-        const ValueId id = open.back();
-        open.pop_back();
-        if (!seen.insert(id).second) continue;
-        const ir::Instr& instr = emit_.instr(id);
-        if (instr.op == Op::kConst) {
-            out.push_back(ir::as_int(instr.bits));
-        } else if (instr.op == Op::kSelect) {
-            open.push_back(instr.args[1]);
-            open.push_back(instr.args[2]);
-        } else if (instr.op == Op::kPick) {
-            open.insert(open.end(), instr.args.begin() + 1, instr.args.end());
-        } else {
-            out.resize(static_cast<size_t>(all));
-            std::iota(out.begin(), out.end(), 0);
-            return out;
-        }
-    }
-    std::sort(out.begin(), out.end());
-    out.erase(std::unique(out.begin(), out.end()), out.end());
-    return out;
+    paths_.set(id, std::move(v));
 }
 
 }  // namespace openfab::translate

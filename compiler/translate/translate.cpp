@@ -12,19 +12,12 @@
 #include <string>
 #include <utility>
 
-#include "abi/grow_table.h"
 #include "compiler/ir/arithmetic.h"
 #include "compiler/translate/stage_translator.h"
 
 namespace openfab::translate {
 
-using ir::ValueId;
-
 namespace {
-
-std::string component_name(const std::string& name, int32_t components, int32_t i) {
-    return components == 1 ? name : fmt::format("{}.{}", name, "xyzw"[i]);
-}
 
 /// The input that all components of output `index` copy in order, or -1.
 int32_t copied_input(const ir::Fablet& fablet, int32_t index) {
@@ -216,146 +209,6 @@ ir::Module translate(const check::Program& program, const TranslateOptions& opti
         check_functions(fablet, fablet.functions, called, &steps, sink);
     check_functions(no_fablet(), program.functions, called, &steps, sink);
     return module;
-}
-
-std::vector<uint32_t> StageTranslator::constant_bits(const check::Expr& expr) {
-    live_ = emit_.constant(true);
-    std::vector<uint32_t> bits;
-    for (ValueId value : constant_expression(expr)) {
-        if (!emit_.is_constant(value)) return {};
-        bits.push_back(emit_.instr(value).bits);
-    }
-    return bits;
-}
-
-void StageTranslator::run(const check::Stage& stage, const TranslateOptions& options) {
-    stage_->kind = kind_;
-    options_ = options;
-    live_ = emit_.constant(true);
-    for (const auto& symbol : stage.symbols)
-        add_stage_symbol(*symbol);
-    const bool surface = kind_ == ir::StageKind::kSurface;
-    const bool dither = kind_ == ir::StageKind::kDither;
-    const bool shape = kind_ == ir::StageKind::kShape;
-    const check::Type result = surface   ? check::kFloat3Type
-                               : dither  ? check::kIntType
-                               : shape   ? check::kFloatType
-                               : grows() ? fablet_.node
-                                         : check::Type{check::Base::kComposition, 1};
-    frame_.returned = add_flag();
-    frame_.result = add_variable({zero(result), {}});
-    statements(stage.body->body);
-    check_returned(stage.span,
-                   surface   ? "the `@Surface` stage"
-                   : dither  ? "the `@Dither` stage"
-                   : shape   ? "the `@Shape` stage"
-                   : grows() ? "the `@Grow` stage"
-                             : "the `@Volume` stage",
-                   result, *stage.body);
-    if (surface) {
-        finish_surface(stage);
-    } else if (shape) {
-        add_output("value", OPENFAB_ARG_SHAPE_VALUE, 0, 0, variables_[frame_.result].value[0]);
-        finish_varyings(stage, check::SymbolKind::kShapeOutput, OPENFAB_ARG_SHAPE_OUT);
-    } else if (grows()) {
-        finish_grow();
-    } else if (dither) {
-        finish_dither(stage);
-    } else {
-        finish_volume();
-    }
-    if (!gave_up_) ir::drop_dead_values(stage_);
-}
-
-void StageTranslator::add_stage_symbol(const check::Symbol& symbol) {
-    if (symbol.kind == check::SymbolKind::kAttributes) return;
-    emit_.set_span(symbol.span);
-    Variable v;
-    if (symbol.kind == check::SymbolKind::kSurfaceOutput ||
-        symbol.kind == check::SymbolKind::kShapeOutput) {
-        v.value = zero(symbol.type);
-        v.assigned.assign(v.value.size(), emit_.constant(false));
-    } else if (symbol.kind == check::SymbolKind::kGrowParent) {
-        const std::vector<ir::Varying>& members = fablet_.ir.shape_outputs;
-        for (size_t m = 0; m < members.size(); ++m) {
-            for (int32_t i = 0; i < members[m].components; ++i)
-                v.value.push_back(emit_.input(members[m].type, OPENFAB_ARG_GROW_PARENT,
-                                              static_cast<int32_t>(m), i));
-        }
-    } else {
-        const int32_t kind = symbol.kind == check::SymbolKind::kNearest ? OPENFAB_ARG_NEAREST
-                                                                        : OPENFAB_ARG_SURFACE_IN;
-        for (int32_t i = 0; i < symbol.type.size; ++i) {
-            v.value.push_back(
-                emit_.input(check::component_type(symbol.type), kind, symbol.index, i));
-        }
-    }
-    frame_.variables[&symbol] = add_variable(std::move(v));
-}
-
-void StageTranslator::add_output(std::string name, int32_t kind, int32_t a, int32_t b,
-                                 ValueId value) {
-    stage_->outputs.push_back({std::move(name), kind, a, b, value});
-}
-
-void StageTranslator::finish_surface(const check::Stage& stage) {
-    const Value& displacement = variables_[frame_.result].value;
-    for (int32_t axis = 0; axis < 3; ++axis) {
-        add_output(component_name("displacement", 3, axis), OPENFAB_ARG_POSITION, 0, axis,
-                   displacement[axis]);
-    }
-    finish_varyings(stage, check::SymbolKind::kSurfaceOutput, OPENFAB_ARG_SURFACE_OUT);
-}
-
-void StageTranslator::finish_varyings(const check::Stage& stage, check::SymbolKind which,
-                                      int32_t kind) {
-    for (const auto& symbol : stage.symbols) {
-        if (symbol->kind != which) continue;
-        const Variable& v = variables_[variable_of(*symbol)];
-        check_assigned(v, *symbol);
-        for (int32_t i = 0; i < symbol->type.size; ++i) {
-            add_output(component_name(symbol->name, symbol->type.size, i), kind, symbol->index, i,
-                       v.value[i]);
-        }
-    }
-}
-
-void StageTranslator::finish_grow() {
-    const Value& node = variables_[frame_.result].value;
-    const std::vector<ir::Varying>& members = fablet_.ir.shape_outputs;
-    size_t at = 0;
-    for (size_t m = 0; m < members.size(); ++m) {
-        for (int32_t i = 0; i < members[m].components; ++i)
-            add_output(fmt::format("{}.{}", members[m].name, i), OPENFAB_ARG_SHAPE_OUT,
-                       static_cast<int32_t>(m), i, node[at++]);
-    }
-}
-
-void StageTranslator::finish_dither(const check::Stage& stage) {
-    add_output("choice", OPENFAB_ARG_CHOICE, 0, 0, variables_[frame_.result].value[0]);
-    for (const ir::Instr& instr : stage_->instrs) {
-        if (instr.op != ir::Op::kLoop) continue;
-        sink_->report(instr.span, diag::kTooComplex, "a loop of a dither rule that is not unrolled")
-            .note(stage.span, "stage declared `@Dither` here")
-            .help(fmt::format("a loop over the fractions, `for (int i = 0; i < attr.count; ++i)`, "
-                              "is unrolled: here they are {}",
-                              fablet_.ir.slot_count + 1));
-        return;
-    }
-}
-
-void StageTranslator::finish_volume() {
-    const Value& amounts = variables_[frame_.result].value;
-    for (const ir::Uniform& u : fablet_.ir.uniforms) {
-        if (u.kind != OPENFAB_UNIFORM_MATERIAL) continue;
-        for (int32_t i = 0; i < u.array_length; ++i) {
-            const int32_t slot = u.first_index + i;
-            add_output(u.array_length == 1 ? u.name : fmt::format("{}[{}]", u.name, i),
-                       OPENFAB_ARG_WEIGHT, slot, 0, amounts[slot]);
-        }
-    }
-    const int32_t slot = fablet_.ir.void_slot;
-    if (slot >= 0) add_output("VOID", OPENFAB_ARG_WEIGHT, slot, 0, amounts[slot]);
 }
 
 }  // namespace openfab::translate
