@@ -6,7 +6,7 @@
 # public bin/ are links to them. The whole works under any prefix and may be moved.
 set(openfab_home lib/openfab)
 set(openfab_programs openfab openflc openfab-texture openfab-text openfab-color openfab-render
-    openfab-tuner openfab-mechanics)
+    openfab-tuner openfab-fit openfab-mechanics)
 
 # What these start where it was asked for: readers and writers that link optional libraries. Nobody types their names.
 set(openfab_converters openfab-step openfab-vrml openfab-vdb openfab-texture-vdb openfab-texture-dicom openfab-texture-hdf5)

@@ -212,7 +212,8 @@ Result<world::World> load_whole_world(const Options& options, const openfab_fabl
                                                             options.settings, options.memory_bytes);
 }
 
-Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
+Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets,
+                     world::World* kept) {
     Result<world::World> world = load_whole_world(options, fablets);
     if (!world) return world.error();
     Job job;
@@ -271,6 +272,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
         const world::ProgramRef* program = world::facts_of(of).program;
         if (program != nullptr) job.programs.push_back(program->command);
     }
+    if (kept != nullptr) *kept = std::move(*world);
     return job;
 }
 

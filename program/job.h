@@ -44,6 +44,8 @@ std::vector<std::filesystem::path> named_files(const Options& options);
 /// Reads the world, or makes one of a mesh; what stands by its box stands by what its fablet makes.
 Result<world::World> load_whole_world(const Options& options, const openfab_fablet_list& fablets);
 
-Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets);
+/// `kept`, where it is not null, receives what the parts were bound of.
+Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets,
+                     world::World* kept = nullptr);
 
 }  // namespace openfab::program

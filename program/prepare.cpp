@@ -84,7 +84,7 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
                                     const PrintHooks& hooks) {
     const openfab_isa isa = abi::best_isa(options.isa.value_or(OPENFAB_ISA_AVX512));
     if (Result<void> runs = check_instruction_set(fablets, isa); !runs) return runs.error();
-    Result<Job> job = load_job(options, fablets);
+    Result<Job> job = load_job(options, fablets, hooks.world);
     if (!job) return job.error();
     // Reports a wrong output name before the work, not after.
     const Result<const backends::Format*> format = choose_format(options, job->printer);

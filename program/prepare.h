@@ -33,6 +33,7 @@ struct PrintHooks {
     std::optional<Box3d> window_mm{};  ///< see pipeline::PrintInput
     double began_seconds = 0;          ///< see pipeline::PrintOptions
     pipeline::SlabClock* clock = nullptr;
+    world::World* world = nullptr;  ///< receives the world, which is dropped otherwise
 };
 
 struct PreparedPrint {

@@ -102,6 +102,20 @@ class WorldBinder {
         return parts;
     }
 
+    Result<std::vector<BoundUniforms>> run_values(const BindOptions& options) {
+        if (Result<void> sets = read_sets(options); !sets) return sets.error();
+        std::vector<BoundUniforms> out;
+        for (const world::Placement& placement : world_.build) {
+            const world::Object& object = world_.objects[placement.object];
+            const Result<const openfab_fablet*> fablet = fablet_of(object);
+            if (!fablet) return fablet.error();
+            Result<BoundUniforms> bound = uniforms_of(object, placement.overrides, **fablet, true);
+            if (!bound) return bound.error();
+            out.push_back(std::move(*bound));
+        }
+        return out;
+    }
+
   private:
     Result<void> read_sets(const BindOptions& options) {
         Result<Settings> sets = read_settings(world_, options.sets);
@@ -371,6 +385,12 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
 Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options) {
     return WorldBinder(world, fablets, options.memory_bytes).run(options);
+}
+
+Result<std::vector<BoundUniforms>> bind_values(const world::World& world,
+                                               const openfab_fablet_list& fablets,
+                                               const BindOptions& options) {
+    return WorldBinder(world, fablets, options.memory_bytes).run_values(options);
 }
 
 Result<Part> bind_geometry(const world::World& world, const world::Placement& placement,

@@ -12,6 +12,7 @@
 #include "abi/fablet_table.h"
 #include "base/result.h"
 #include "runtime/part/part.h"
+#include "runtime/part/uniforms.h"
 #include "world/world.h"
 
 namespace openfab::part {
@@ -32,6 +33,11 @@ struct BindOptions {
 /// and what would be right.
 Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options = {});
+
+/// Returns what `bind` would bind the uniforms of each placement to, in build order, without any mesh or texture.
+Result<std::vector<BoundUniforms>> bind_values(const world::World& world,
+                                               const openfab_fablet_list& fablets,
+                                               const BindOptions& options = {});
 
 /// Makes the part of a placement of a world that has no build yet, for its geometry: objects that its
 /// volume asks for are unknown.

@@ -46,13 +46,15 @@ class PrintJobImpl final : public PrintJob {
     Result<SlabsRun> run_slabs(std::span<const int32_t> slabs, SliceSink& sink,
                                const std::atomic<bool>& interrupt,
                                PrintStatistics* statistics) override;
+    bool set_uniforms(size_t part, std::span<const uint32_t> values) override;
 
   private:
     void stop_solids_by(const std::atomic<bool>* stop) const;
     Result<void> resume(SliceSink& sink, SliceCommitter* committer);
     void show_surface_logs(SliceCommitter* committer);
 
-    const std::unique_ptr<const PrintSetup> setup_;
+    /// Only set_uniforms changes it.
+    const std::unique_ptr<PrintSetup> setup_;
     SlabLoop loop_;
 };
 
@@ -169,6 +171,11 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, SliceSi
                              setup_->options.began_seconds);
     SlabsRun run;
     if (const Result<void> begun = sink.begin(info); !begun) return begun.error();
+    FractionSink* fractions = setup_->options.fractions;
+    if (fractions != nullptr) {
+        const Result<void> begun = fractions->begin(info, setup_->slabs.materials);
+        if (!begun) return begun.error();
+    }
     // Else every second run of the same slabs would find crossings that the one before has left.
     for (const auto& part : setup_->parts)
         part->placed->forget_slabs();
@@ -193,7 +200,11 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, SliceSi
         !committer.failed() && committer.slices() == info.slice_end - info.slice_begin;
     PrintTotals totals = print_totals(committer.totals(), setup_->input.materials.size());
     totals.complete = complete;
-    const Result<void> finished = sink.finish(totals);
+    Result<void> finished = sink.finish(totals);
+    if (fractions != nullptr) {
+        const Result<void> mixed = fractions->finish(totals);
+        if (finished) finished = mixed;
+    }
     if (committer.failed()) return committer.error();
     if (!complete) return Error{ErrorCode::kInterrupted, openfab::messages::kInterrupted};
     if (!finished) return finished.error();
@@ -203,6 +214,19 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, SliceSi
         fill_voxels(totals, setup_->input.support_code, statistics);
     }
     return run;
+}
+
+bool PrintJobImpl::set_uniforms(size_t part, std::span<const uint32_t> values) {
+    std::vector<uint32_t>& now = setup_->input.parts[part].uniform_values;
+    if (std::ranges::equal(now, values)) return true;
+    const auto depends = [](const part::Part& of) {
+        return of.fablet->has_surface != 0 ||
+               !(part::is_mesh(of) || std::holds_alternative<part::BeamGeometry>(of.geometry));
+    };
+    if (values.size() != now.size() || depends(setup_->input.parts[part])) return false;
+    // In place: kernels of evaluators have their addresses.
+    std::ranges::copy(values, now.begin());
+    return true;
 }
 
 void PrintJobImpl::stop_solids_by(const std::atomic<bool>* stop) const {

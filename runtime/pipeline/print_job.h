@@ -60,13 +60,18 @@ class PrintJob {
     /// Returns the slabs of the print: [x, y).
     virtual Vec2<int32_t> slabs() const = 0;
     /// Prints some of them, rising, as `run` prints a slab that is not the first. The sink takes
-    /// their slices as if there were no others between: those of neighbours have their own numbers.
+    /// their slices as if there were no others between: those of neighbours have their own numbers. So do
+    /// the options' fractions, with the numbers of the print.
     /// May be repeated, also after one that its `interrupt` ended early, and whether or not the
     /// options' own is set by then; not after run. `statistics` may be null; its times and counters of work sum
     /// up over repetitions, what it says of voxels and slices is of these slabs.
     virtual Result<SlabsRun> run_slabs(std::span<const int32_t> slabs, pipeline::SliceSink& sink,
                                        const std::atomic<bool>& interrupt,
                                        PrintStatistics* statistics) = 0;
+    /// Gives a part, in build order, other values of its uniforms, as many as it has, for run_slabs from now on.
+    /// Returns whether it could: not where a surface or a geometry may depend on them, which are set up already.
+    /// The provenance of `info` stays that of the first values.
+    virtual bool set_uniforms(size_t part, std::span<const uint32_t> values) = 0;
 };
 
 }  // namespace openfab::pipeline

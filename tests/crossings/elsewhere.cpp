@@ -22,6 +22,7 @@ constexpr Elsewhere kElsewhere[] = {
     {"receive", "takes slices, whatever made them"},
     {"profile", "times a print, whose voxels it drops"},
     {"tune", "times a print, whose voxels it drops"},
+    {"fit", "counts the voxels of a print with other uniforms: fit_test prints what it found"},
     {"text", "makes a mesh of a file"},
     {"color", "makes charts and tables"},
     {"texture", "converts a picture"},

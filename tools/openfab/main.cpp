@@ -42,6 +42,7 @@ constexpr const char* kExamples =
   openfab mechanics cell gyroid.fl --cell 8mm  how stiff a lattice's cell is
   openfab profile card.fab.json                where the time of a print goes
   openfab tune card.fab.json -o card.sched     a schedule that is faster on this machine
+  openfab fit ball.fab.json goals.json         uniforms for a wanted amount or weight
   openfab receive --listen tcp://127.0.0.1:7000 -o card.ofr
 )";
 
@@ -58,6 +59,7 @@ constexpr HelperCommand kHelperCommands[] = {
      true},
     {"tune", "search the schedule that prints a world fastest on this machine", "openfab-tuner",
      true},
+    {"fit", "find the uniforms for which a print is what is wanted", "openfab-fit"},
     {"mechanics", "compute stiffness and strength: cells, parts", "openfab-mechanics"},
     {"text", "make a mesh or a picture from a text", "openfab-text"},
     {"color", "print colours as a measured printer makes them: charts, ICC profiles",

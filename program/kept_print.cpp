@@ -1,0 +1,274 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "program/kept_print.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "backends/common/tee_sink.h"
+#include "runtime/part/bind.h"
+
+namespace openfab::program {
+
+namespace {
+
+/// Fractions are whole numbers of these.
+constexpr float kFractionSteps = 65535;
+
+/// Sums of whole numbers, by region and material: the same in any order of threads.
+class Counts {
+  public:
+    void begin(size_t regions, size_t materials) {
+        materials_ = materials;
+        counts_ = std::vector<std::atomic<int64_t>>(regions * materials);
+    }
+    void add(size_t region, std::span<const int64_t> counts) {
+        for (size_t m = 0; m < materials_; ++m) {
+            if (counts[m] != 0)
+                counts_[region * materials_ + m].fetch_add(counts[m], std::memory_order_relaxed);
+        }
+    }
+    std::vector<double> scaled(size_t region, double by) const {
+        std::vector<double> out;
+        for (size_t m = 0; m < materials_; ++m)
+            out.push_back(static_cast<double>(counts_[region * materials_ + m].load()) * by);
+        return out;
+    }
+
+  private:
+    size_t materials_ = 0;
+    std::vector<std::atomic<int64_t>> counts_;
+};
+
+/// Returns the voxels of the grid whose centres lie in a region, hi exclusive.
+Box3i voxels_of(const SumRegion& region, const pipeline::PrintInfo& info) {
+    Box3i out{{0, 0, 0}, info.size};
+    if (!region.box_mm) return out;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto first = [&](double mm) {
+            const double voxel = (mm - info.origin_mm[axis]) / info.pitch_mm[axis] - 0.5;
+            return static_cast<int32_t>(
+                std::clamp(std::ceil(voxel), 0.0, static_cast<double>(info.size[axis])));
+        };
+        out.lo[axis] = first(region.box_mm->lo[axis]);
+        out.hi[axis] = std::max(out.lo[axis], first(region.box_mm->hi[axis]));
+    }
+    return out;
+}
+
+std::vector<Box3i> voxels_of(std::span<const SumRegion> regions, const pipeline::PrintInfo& info) {
+    std::vector<Box3i> out;
+    for (const SumRegion& region : regions)
+        out.push_back(voxels_of(region, info));
+    return out;
+}
+
+bool has_row(const Box3i& box, int32_t y, int32_t z) {
+    return z >= box.lo.z && z < box.hi.z && y >= box.lo.y && y < box.hi.y;
+}
+
+/// Counts the codes of printed voxels.
+class PrintedSums final : public pipeline::SliceSink {
+  public:
+    explicit PrintedSums(std::span<const SumRegion> regions)
+        : regions_(regions.begin(), regions.end()) {}
+    Result<void> begin(const pipeline::PrintInfo& info) override {
+        bits_ = info.bits;
+        boxes_ = voxels_of(regions_, info);
+        counts_.begin(boxes_.size(), info.materials.size() + 1);
+        return {};
+    }
+    std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override {
+        std::vector<uint8_t> codes(static_cast<size_t>(slice.width));
+        std::vector<std::vector<int64_t>> sums(boxes_.size());
+        for (std::vector<int64_t>& sum : sums)
+            sum.assign(size_t{1} << bits_, 0);
+        for (int32_t y = 0; y < slice.height; ++y) {
+            backends::unpack_row(slice, y, bits_, codes.data());
+            for (size_t r = 0; r < boxes_.size(); ++r) {
+                if (!has_row(boxes_[r], y, slice.z)) continue;
+                for (int32_t x = boxes_[r].lo.x; x < boxes_[r].hi.x; ++x)
+                    ++sums[r][codes[static_cast<size_t>(x)]];
+            }
+        }
+        for (size_t r = 0; r < boxes_.size(); ++r)
+            counts_.add(r, sums[r]);
+        return {};
+    }
+    Result<void> commit(int32_t /*z*/, std::vector<uint8_t> /*bytes*/) override { return {}; }
+    Result<void> finish(const pipeline::PrintTotals& /*totals*/) override { return {}; }
+
+    /// By material, without the void.
+    std::vector<double> ml(size_t region, double voxel_ml) const {
+        std::vector<double> out = counts_.scaled(region, voxel_ml);
+        out.erase(out.begin());
+        return out;
+    }
+
+  private:
+    const std::vector<SumRegion> regions_;
+    std::vector<Box3i> boxes_;
+    int32_t bits_ = 8;
+    mutable Counts counts_;
+};
+
+double voxel_ml(const pipeline::PrintInfo& info) {
+    return info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
+}
+
+/// Whether values of uniforms are all that may differ.
+bool differ_in_values(const part::BoundUniforms& a, const part::BoundUniforms& b) {
+    return a.textures == b.textures && a.texture_is_volume == b.texture_is_volume &&
+           a.objects == b.objects && a.slot_material == b.slot_material;
+}
+
+}  // namespace
+
+class KeptPrint::MixtureSums final : public pipeline::FractionSink {
+  public:
+    void ask(std::span<const SumRegion> regions) {
+        regions_.assign(regions.begin(), regions.end());
+    }
+    Result<void> begin(const pipeline::PrintInfo& info, int32_t materials) override {
+        boxes_ = voxels_of(regions_, info);
+        fractions_ = static_cast<size_t>(materials);
+        materials_ = info.materials.size();
+        counts_.begin(boxes_.size(), materials_);
+        return {};
+    }
+    void write(int32_t z, int32_t y, int32_t first_x, std::span<const float> fractions) override {
+        const auto end = first_x + static_cast<int32_t>(fractions.size() / fractions_);
+        for (size_t r = 0; r < boxes_.size(); ++r) {
+            if (!has_row(boxes_[r], y, z)) continue;
+            std::array<int64_t, 256> sums{};
+            const int32_t last = std::min(end, boxes_[r].hi.x);
+            for (int32_t x = std::max(first_x, boxes_[r].lo.x); x < last; ++x) {
+                const float* of = &fractions[static_cast<size_t>(x - first_x) * fractions_];
+                for (size_t m = 0; m < fractions_; ++m)
+                    sums[m] += static_cast<int64_t>(of[m] * kFractionSteps + 0.5f);
+            }
+            counts_.add(r, std::span(sums).first(materials_));
+        }
+    }
+    Result<void> status() const override { return {}; }
+    Result<void> finish(const pipeline::PrintTotals& /*totals*/) override { return {}; }
+
+    std::vector<double> ml(size_t region, double voxel_ml) const {
+        return counts_.scaled(region, voxel_ml / double{kFractionSteps});
+    }
+
+  private:
+    std::vector<SumRegion> regions_;
+    std::vector<Box3i> boxes_;
+    size_t materials_ = 0;
+    size_t fractions_ = 1;  ///< of these: those but a support of its own
+    Counts counts_;
+};
+
+KeptPrint::KeptPrint(const Options& options, const openfab_fablet_list& fablets,
+                     const std::atomic<bool>& interrupt)
+    : options_(options),
+      fablets_(fablets),
+      interrupt_(interrupt),
+      mixtures_(std::make_unique<MixtureSums>()) {}
+
+KeptPrint::~KeptPrint() = default;
+
+Result<std::unique_ptr<KeptPrint>> KeptPrint::create(const Options& options,
+                                                     const openfab_fablet_list& fablets,
+                                                     const std::atomic<bool>& interrupt) {
+    std::unique_ptr<KeptPrint> out(new KeptPrint(options, fablets, interrupt));
+    Result<PreparedPrint> ready = prepare_print(
+        options, fablets,
+        {.interrupt = interrupt, .fractions = out->mixtures_.get(), .world = &out->world_});
+    if (!ready) return ready.error();
+    Result<std::vector<part::BoundUniforms>> bound =
+        part::bind_values(out->world_, fablets, {options.settings, options.memory_bytes});
+    if (!bound) return bound.error();
+    out->printer_ = std::move(ready->job.printer);
+    out->effects_ = std::move(ready->job.effects);
+    out->printer_kept_ = {std::move(ready->job.input), std::move(ready->options), std::move(*bound),
+                          ready->print->info(), std::move(ready->print)};
+    const pipeline::PrintJob& job = *out->printer_kept_.job;
+    const double coarser =
+        std::cbrt(static_cast<double>(job.estimate().voxels_total) / kCoarseSumVoxels);
+    if (coarser <= 1) return out;
+    Kept& coarse = out->coarse_.emplace();
+    const pipeline::PrintInfo& info = job.info();
+    coarse.input = out->printer_kept_.input;
+    coarse.options = out->printer_kept_.options;
+    coarse.input.pitch_mm = coarse.input.pitch_mm * coarser;
+    if (info.slice_end - info.slice_begin < info.size.z) {
+        coarse.options.slices.reset();
+        coarse.options.z_range_mm =
+            Vec2<double>{info.slice_begin * info.pitch_mm.z, info.slice_end * info.pitch_mm.z};
+    }
+    coarse.bound = out->printer_kept_.bound;
+    Result<std::unique_ptr<pipeline::PrintJob>> made =
+        pipeline::PrintJob::create(coarse.input, coarse.options);
+    if (!made) return made.error();
+    coarse.job = std::move(*made);
+    coarse.info = coarse.job->info();
+    return out;
+}
+
+KeptPrint::Kept& KeptPrint::at(SumPitch pitch) {
+    return pitch == SumPitch::kCoarse && coarse_ ? *coarse_ : printer_kept_;
+}
+
+const pipeline::PrintInfo& KeptPrint::info(SumPitch pitch) const {
+    return (pitch == SumPitch::kCoarse && coarse_ ? *coarse_ : printer_kept_).info;
+}
+
+Result<void> KeptPrint::bind(const std::vector<std::string>& settings, Kept* kept) {
+    // The last setting of a uniform counts.
+    part::BindOptions options{options_.settings, options_.memory_bytes};
+    options.sets.insert(options.sets.end(), settings.begin(), settings.end());
+    Result<std::vector<part::BoundUniforms>> bound = part::bind_values(world_, fablets_, options);
+    if (!bound) return bound.error();
+    bool in_place =
+        kept->job != nullptr && std::ranges::equal(*bound, kept->bound, differ_in_values);
+    for (size_t i = 0; in_place && i < bound->size(); ++i)
+        in_place = kept->job->set_uniforms(i, (*bound)[i].values);
+    if (!in_place) {
+        ++set_up_again_;
+        Result<std::vector<part::Part>> parts = part::bind(world_, fablets_, options);
+        if (!parts) return parts.error();
+        kept->input.parts = std::move(*parts);
+        kept->job.reset();  // its memory counts otherwise
+        Result<std::unique_ptr<pipeline::PrintJob>> made =
+            pipeline::PrintJob::create(kept->input, kept->options);
+        kept->bound.clear();
+        if (!made) return made.error();
+        kept->job = std::move(*made);
+        kept->info = kept->job->info();
+    }
+    kept->bound = std::move(*bound);
+    return {};
+}
+
+Result<std::vector<RegionSums>> KeptPrint::sums(const std::vector<std::string>& settings,
+                                                std::span<const SumRegion> regions, SumPitch pitch,
+                                                bool printed) {
+    Kept& kept = at(pitch);
+    if (const Result<void> bound = bind(settings, &kept); !bound) return bound.error();
+    const pipeline::PrintInfo& info = kept.job->info();
+    mixtures_->ask(regions);
+    PrintedSums counted(regions);
+    std::vector<int32_t> slabs;
+    for (int32_t slab = kept.job->slabs().x; slab < kept.job->slabs().y; ++slab)
+        slabs.push_back(slab);
+    backends::NullSink nowhere;
+    pipeline::SliceSink& sink = printed ? static_cast<pipeline::SliceSink&>(counted) : nowhere;
+    const Result<pipeline::SlabsRun> run = kept.job->run_slabs(slabs, sink, interrupt_, nullptr);
+    if (!run) return run.error();
+    std::vector<RegionSums> out;
+    for (size_t r = 0; r < regions.size(); ++r) {
+        out.push_back({mixtures_->ml(r, voxel_ml(info)), {}});
+        if (printed) out.back().printed_ml = counted.ml(r, voxel_ml(info));
+    }
+    return out;
+}
+
+}  // namespace openfab::program

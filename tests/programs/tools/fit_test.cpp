@@ -1,0 +1,302 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab fit` against closed forms: shares, volumes and weights of boxes and balls, counted in the print of what was
+// found; choices, aims, steps; the same for any number of threads; and what is wrong, named before time is spent.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "base/json.h"
+#include "tests/support/places/places.h"
+#include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "tools/fit/messages.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kFablet = R"(fablet Mix {
+    @uniform {
+        float t = 0.5;
+        float edge = 0;
+        float2 pair = float2(0.5, 0.5);
+        int rings = 3;
+        bool flip = false;
+        float sharp = 1;
+        float idle = 0 [[ float min = 0, float max = 1 ]];
+        Material a, b;
+    }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        float3 p = attr.voxelCenter;
+        float s = t * pair.x * 2;
+        if (sharp > 1.5) s = p.x < edge ? 1 : 0;
+        if (rings != 3) s = rings / 10.0;
+        if (flip) s = 1 - s;
+        mc.Set(a, s);
+        mc.Set(b, 1 - s);
+        return mc;
+    }
+}
+)";
+
+constexpr const char* kWorld = R"({
+  "openfab": 1,
+  "printer": "generic",
+  "fablets": {"mix": {"source": "mix.fl", "fablet": "Mix"}},
+  "materials": {"light": {"key": "#ffffff", "density_g_cm3": 1.0}, "heavy": {"key": "#000000", "density_g_cm3": 2.0}},
+  "meshes": {"block": {"box": [10, 5, 4]}},
+  "objects": {"thing": {"mesh": "block", "fablet": "mix", "uniforms": {"a": "heavy", "b": "light"}}},
+  "build": [{"object": "thing"}]
+}
+)";
+
+class FitTest : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        folder_.write("mix.fl", kFablet);
+        folder_.write("w.fab.json", kWorld);
+    }
+    std::string path(const std::string& name) const { return (folder_ / name).string(); }
+    Outcome openfab(std::vector<std::string> words, RunOptions options = {}) const {
+        words.insert(words.begin(), program("openfab"));
+        options.environment.emplace_back("XDG_CACHE_HOME", path("cache"));
+        return run(words, options);
+    }
+    void write_goals(const std::string& unknowns, const std::string& goals) const {
+        folder_.write("goals.json",
+                      fmt::format("{{\"openfab_fit\": 1,\n\"unknowns\": {{{}}},\n\"goals\": [{}]}}",
+                                  unknowns, goals));
+    }
+    /// Fits, and returns what it says for programs.
+    JsonValue fit(const std::string& unknowns, const std::string& goals,
+                  const std::vector<std::string>& more = {}, int32_t code = 0) {
+        write_goals(unknowns, goals);
+        std::vector<std::string> words{"fit", path("w.fab.json"), path("goals.json"), "--json",
+                                       path("fit.json")};
+        words.insert(words.end(), more.begin(), more.end());
+        last_ = openfab(words);
+        EXPECT_EQ(last_.exit_code, code) << last_.err << last_.out;
+        const Result<JsonValue> value = parse_json(read_file(folder_ / "fit.json"), "fit.json");
+        EXPECT_TRUE(value);
+        return value ? *value : JsonValue();
+    }
+    static double unknown(const JsonValue& fit, const std::string& name) {
+        return fit.find("unknowns")->value.find(name)->value.number;
+    }
+    static double goal(const JsonValue& fit, const std::string& key, size_t index = 0) {
+        return fit.find("goals")->value.items.at(index).find(key)->value.number;
+    }
+
+    ScratchFolder folder_;
+    Outcome last_;
+};
+
+TEST_F(FitTest, AShareIsLinearInItsUniform) {
+    const JsonValue found =
+        fit(R"("thing.t": {"min": 0, "max": 1})", R"({"share": "heavy", "equal": 0.3})",
+            {"-o", path("new.fab.json")});
+    EXPECT_NEAR(unknown(found, "thing.t"), 0.3, 1e-3 * 0.3);
+    EXPECT_NEAR(goal(found, "mixtures"), 0.3, 1e-3 * 0.3);
+    EXPECT_NEAR(goal(found, "printed"), 0.3, 1e-3 * 0.3);
+    // The third number is that of the print, to the last voxel.
+    const Outcome printed =
+        openfab({"print", path("new.fab.json"), "-o", path("new.ofr"), "--stats", path("s.json")});
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    const Result<JsonValue> stats = parse_json(read_file(folder_ / "s.json"), "s.json");
+    ASSERT_TRUE(stats);
+    const JsonValue& ml = stats->find("ml_by_material")->value;
+    const double heavy = ml.find("heavy")->value.number, light = ml.find("light")->value.number;
+    EXPECT_NEAR(heavy / (heavy + light), goal(found, "printed"), 1e-5);
+}
+
+TEST_F(FitTest, AllElseOfTheWorldStays) {
+    fit(R"("thing.t": {"min": 0, "max": 1})", R"({"share": "heavy", "equal": 0.25})", {"--write"});
+    const std::string written = read_file(folder_ / "w.fab.json");
+    const size_t at = written.find("\"t\": ");
+    ASSERT_NE(at, std::string::npos) << written;
+    std::string rest = written;
+    rest.erase(at, written.find(',', at) + 2 - at);
+    EXPECT_EQ(rest, kWorld);
+}
+
+TEST_F(FitTest, TwoGoalsOfTwoUnknowns) {
+    // 0.2 ml of which a share t is twice as heavy weigh 0.2 (1 + t) g.
+    const JsonValue found =
+        fit(R"("thing.t": {"min": 0.1, "max": 1}, "thing.pair[0]": {"min": 0.1, "max": 0.5})",
+            R"({"weight_g": "all", "equal": 0.25}, {"volume_ml": "heavy", "at_most": 0.06})");
+    const double share = 2 * unknown(found, "thing.t") * unknown(found, "thing.pair[0]");
+    EXPECT_NEAR(share, 0.25, 1e-3);
+    EXPECT_NEAR(goal(found, "printed", 1), 0.05, 1e-3 * 0.06);
+}
+
+TEST_F(FitTest, TheMostUnderABound) {
+    const JsonValue found =
+        fit(R"("thing.t": {"min": 0, "max": 1})",
+            R"({"weight_g": "all", "aim": "most"}, {"share": "heavy", "at_most": 0.4})");
+    EXPECT_NEAR(unknown(found, "thing.t"), 0.4, 1e-3);
+    EXPECT_NEAR(goal(found, "printed", 0), 0.28, 1e-3);
+}
+
+TEST_F(FitTest, AMovingFaceCountsInItsBox) {
+    // Of the 10 mm along x, from the middle: heavy below the edge; in the box from -5 to 0 all of it.
+    fit(R"("thing.edge": {"min": -5, "max": 5})",
+        R"({"volume_ml": "heavy", "equal": 0.13, "within": 0.001},
+           {"share": "heavy", "box_mm": [[-5, -3, -1], [0, 3, 5]], "at_least": 0.999})",
+        {"--set", "thing.sharp=2", "--voxel", "0.05mm"});
+    EXPECT_THAT(last_.out, HasSubstr("in the box"));
+    const JsonValue found = fit(R"("thing.edge": {"min": -5, "max": 5})",
+                                R"({"volume_ml": "heavy", "equal": 0.13, "within": 0.001})",
+                                {"--set", "thing.sharp=2", "--voxel", "0.05mm"});
+    EXPECT_NEAR(unknown(found, "thing.edge"), 1.5, 0.05 + 0.025);
+}
+
+TEST_F(FitTest, ChoicesAreTried) {
+    const JsonValue rings = fit(R"("thing.rings": {"min": 4, "max": 9})",
+                                R"({"share": "heavy", "equal": 0.7, "within": 0.01})");
+    EXPECT_EQ(unknown(rings, "thing.rings"), 7);
+    // The materials change places, or the shares do.
+    const JsonValue mixed = fit(
+        R"("thing.a": {"choices": ["light", "heavy"]}, "thing.b": {"choices": ["light", "heavy"]},
+           "thing.t": {"min": 0, "max": 0.3})",
+        R"({"share": "light", "equal": 0.2})");
+    const JsonValue& unknowns = mixed.find("unknowns")->value;
+    EXPECT_EQ(unknowns.find("thing.a")->value.text, "light");
+    EXPECT_EQ(unknowns.find("thing.b")->value.text, "heavy");
+    EXPECT_NEAR(unknown(mixed, "thing.t"), 0.2, 1e-3);
+    const JsonValue flipped = fit(R"("thing.flip": {}, "thing.t": {"min": 0.6, "max": 1})",
+                                  R"({"share": "heavy", "equal": 0.2})");
+    EXPECT_TRUE(flipped.find("unknowns")->value.find("thing.flip")->value.boolean);
+    EXPECT_NEAR(unknown(flipped, "thing.t"), 0.8, 1e-3);
+}
+
+TEST_F(FitTest, AShapeIsSetUpAgain) {
+    // The ball of 0.2 ml: of its radius r, 4/3 pi r^3.
+    folder_.write("ball.fl", R"(fablet Ball {
+    @uniform { float r = 2; Material stuff; }
+    @Shape(@varying { ShapeAttributes attr }) { return length(attr.p) - r; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(stuff, 1);
+        return mc;
+    }
+}
+)");
+    folder_.write("w.fab.json", R"({
+  "openfab": 1,
+  "printer": "generic",
+  "fablets": {"ball": {"source": "ball.fl", "fablet": "Ball"}},
+  "materials": {"light": {"key": "#ffffff"}},
+  "meshes": {"round": {"shape": "ball", "box_mm": [[-5, -5, -5], [5, 5, 5]]}},
+  "objects": {"thing": {"mesh": "round", "fablet": "ball", "uniforms": {"stuff": "light"}}},
+  "build": [{"object": "thing"}]
+}
+)");
+    const JsonValue found = fit(R"("thing.r": {"min": 1, "max": 5})",
+                                R"({"volume_ml": "light", "equal": 0.2})", {"--voxel", "0.1mm"});
+    const double radius = std::cbrt(200 * 3 / (4 * std::numbers::pi));
+    EXPECT_NEAR(unknown(found, "thing.r"), radius, 2e-3 * radius);
+    EXPECT_NEAR(goal(found, "printed"), 0.2, 1e-3 * 0.2);
+}
+
+TEST_F(FitTest, ThreadsChangeNothing) {
+    const auto with = [&](const std::string& threads) {
+        fit(R"("thing.t": {"min": 0, "max": 1}, "thing.pair[0]": {"min": 0.1, "max": 0.5})",
+            R"({"share": "heavy", "equal": 0.3}, {"weight_g": "all", "aim": "least"})",
+            {"--threads", threads, "--history", path("h" + threads + ".csv")});
+        return read_file(folder_ / ("h" + threads + ".csv"));
+    };
+    const std::string one = with("1");
+    EXPECT_EQ(one, with("2"));
+    EXPECT_THAT(one, HasSubstr("evaluation,\"thing.t\",\"thing.pair[0]\",\"share of heavy\""));
+}
+
+TEST_F(FitTest, StepsAreTold) {
+    const JsonValue found =
+        fit(R"("thing.edge": {"min": -5, "max": 5})", R"({"share": "heavy", "equal": 0.4567})",
+            {"--set", "thing.sharp=2", "--voxel", "0.5mm"}, 1);
+    EXPECT_FALSE(found.find("reached")->value.boolean);
+    // A slice of twenty, of which none is the share that is wanted.
+    EXPECT_NEAR(goal(found, "printed"), 0.45, 1e-6);
+    EXPECT_THAT(last_.err, Says(fit::messages::kSteps, "share of heavy", "0.05"));
+    EXPECT_THAT(last_.err, Says(fit::messages::kNotReached));
+}
+
+TEST_F(FitTest, WhatCannotBeIsTold) {
+    fit(R"("thing.t": {"min": 0, "max": 0.4})", R"({"share": "heavy", "equal": 0.6})", {}, 1);
+    EXPECT_THAT(last_.err, Says(fit::messages::kRange, "share of heavy", "0", "0.4*"));
+    fit(R"("thing.t": {"min": 0, "max": 1}, "thing.idle": {})",
+        R"({"share": "heavy", "equal": 0.6})");
+    EXPECT_THAT(last_.err, Says(fit::messages::kUnknownMovesNothing, "thing.idle"));
+}
+
+TEST_F(FitTest, Refusals) {
+    const struct {
+        std::string unknowns, goals, says;
+    } cases[] = {
+        {R"("thing.tt": {"min": 0, "max": 1})", R"({"share": "heavy", "equal": 0.3})",
+         "did you mean `t`?"},
+        {R"("thng.t": {"min": 0, "max": 1})", R"({"share": "heavy", "equal": 0.3})",
+         "did you mean `thing`?"},
+        {R"("thing.t": {"min": 0, "max": 1})", R"({"share": "heavi", "equal": 0.3})",
+         "did you mean `heavy`?"},
+        {R"("thing.t": {"min": 0, "max": 1})", R"({"weight_kg": "heavy", "equal": 0.3})",
+         "did you mean `weight_g`?"},
+        {R"("thing.t": {"min": 1, "max": 1})", R"({"share": "heavy", "equal": 0.3})",
+         fit::messages::kNoRoomHelp},
+        {R"("thing.t": {"min": 0})", R"({"share": "heavy", "equal": 0.3})", "give `max`"},
+        {R"("thing.t": {"min": 0, "max": 1})",
+         R"({"share": "heavy", "equal": 0.3}, {"share": "heavy", "at_least": 0.5})",
+         "share of heavy contradicts the goal in line 3"},
+        {R"("thing.t": {"min": 0, "max": 1})",
+         R"({"share": "heavy", "at_least": 0.6}, {"share": "light", "at_least": 0.6})",
+         fit::messages::kSharesBeyondOneHelp},
+        {R"("thing.t": {"min": 0, "max": 1})", R"({"share": "heavy", "equal": 1.3})", "`equal`"},
+        {R"("thing.pair": {"min": 0, "max": 1})", R"({"share": "heavy", "equal": 0.3})",
+         "name `thing.pair[0]` to `thing.pair[1]`"},
+        {R"("thing.a": {"min": 0, "max": 1})", R"({"share": "heavy", "equal": 0.3})",
+         fit::messages::kChoicesMissingHelp},
+        {R"("thing.a": {"choices": ["heavy", "hevy"]})", R"({"share": "heavy", "equal": 0.3})",
+         "did you mean `heavy`?"},
+        {R"("thing.idle": {})", R"({"share": "heavy", "equal": 0.3})",
+         fit::messages::kGoalMovesNotHelp},
+        {R"("thing.t": {"min": 0, "max": 1})", R"({"cost": "all", "equal": 0.3})",
+         fit::messages::kNoPricesHelp},
+        {R"("thing.t": {"min": 0, "max": 1})", R"({"share": "all", "equal": 0.3})",
+         fit::messages::kShareOfAllHelp},
+        {R"("thing.t": {"min": 0, "max": 1})", R"({"share": "heavy"})",
+         fit::messages::kOneRelationHelp},
+        {R"("thing.t": {"min": 0, "max": 1})",
+         R"({"share": "heavy", "volume_ml": "heavy", "equal": 0.3})",
+         fit::messages::kTwoQuantitiesHelp},
+    };
+    for (const auto& one : cases) {
+        SCOPED_TRACE(one.unknowns + one.goals);
+        write_goals(one.unknowns, one.goals);
+        const Outcome outcome = openfab({"fit", path("w.fab.json"), path("goals.json")});
+        EXPECT_EQ(outcome.exit_code, 1) << outcome.out;
+        EXPECT_THAT(outcome.err, HasSubstr("goals.json:"));
+        EXPECT_THAT(outcome.err, HasSubstr(one.says));
+    }
+    const std::vector<std::string> fit{"fit", path("w.fab.json"), path("goals.json")};
+    const auto with = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), fit.begin(), fit.end());
+        return openfab(words);
+    };
+    EXPECT_THAT(openfab({"fit", path("w.fab.json")}).err, Says(fit::messages::kNameBoth));
+    EXPECT_THAT(with({"-o", path("w.fab.json")}).err, HasSubstr("w.fab.json"));
+    EXPECT_THAT(with({"--history", path("h.txt")}).err, Says(fit::messages::kHistoryEnds));
+    EXPECT_THAT(with({"-o", path("new.txt")}).err, Says(fit::messages::kOutputEnds));
+    EXPECT_EQ(read_file(folder_ / "w.fab.json"), kWorld);
+}
+
+}  // namespace
+}  // namespace openfab::testing

@@ -1,0 +1,66 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What is wanted of a print, and which uniforms may move for it: GOALS.json, checked against the world.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "abi/fablet_table.h"
+#include "base/result.h"
+#include "base/vec.h"
+#include "program/kept_print.h"
+#include "tools/fit/search.h"
+#include "world/world.h"
+
+namespace openfab::fit {
+
+/// A uniform of an object, or a component of one, that may move.
+struct Unknown {
+    std::string name;  ///< as written: `ball.skin`, `ball.tint[1]`
+    std::string object, uniform;
+    int32_t component = -1;  ///< -1: all of a scalar
+    openfab_scalar_type scalar = OPENFAB_FLOAT;
+    double min = 0, max = 0, start = 0;
+    std::vector<double> now;  ///< all components, as they are
+    /// JSON of the values of one that is searched through instead.
+    std::vector<std::string> choices;
+    SourceLocation location;
+
+    bool is_discrete() const { return !choices.empty(); }
+};
+
+enum class Quantity { kShare, kVolume, kWeight, kCost };
+
+struct Goal {
+    std::string name;  ///< of tables and messages: its own, or such as `share of black`
+    Quantity quantity = Quantity::kShare;
+    int32_t material = -1;  ///< index in the world's materials; -1: all
+    size_t region = 0;      ///< in Goals::regions
+    Wanted wanted;
+    SourceLocation location;
+};
+
+struct Goals {
+    std::vector<Unknown> unknowns;
+    std::vector<Goal> goals;
+    std::vector<program::SumRegion> regions;
+
+    bool ask_cost() const;
+};
+
+/// Reads a file of goals; `settings` are those of the command line. Errors name its place: keys and names that nothing has, with the nearest; bounds without a
+/// value between them; goals that contradict each other.
+Result<Goals> read_goals(const std::filesystem::path& file, const world::World& world,
+                         const openfab_fablet_list& fablets,
+                         const std::vector<std::string>& settings);
+
+/// Returns the unit of a quantity, with a space before it, as numbers are shown; empty for a share.
+const char* unit_of(Quantity quantity);
+
+}  // namespace openfab::fit

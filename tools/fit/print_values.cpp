@@ -1,0 +1,190 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/fit/print_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/say.h"
+#include "program/cost.h"
+#include "program/progress.h"
+#include "tools/fit/messages.h"
+#include "world/world.h"
+
+namespace openfab::fit {
+
+namespace {
+
+/// Choices that are searched through, of all unknowns that have some together.
+constexpr size_t kMostChoices = 1000;
+
+}  // namespace
+
+Result<std::unique_ptr<PrintValues>> PrintValues::create(const program::Options& print,
+                                                         const driver::ScheduleOptions& schedules,
+                                                         const std::string& goals,
+                                                         const std::atomic<bool>& interrupt) {
+    std::unique_ptr<PrintValues> out(new PrintValues(print, interrupt));
+    if (Result<void> done = out->set_up(schedules, goals); !done) return done.error();
+    return out;
+}
+
+Result<void> PrintValues::set_up(const driver::ScheduleOptions& schedules,
+                                 const std::string& goals) {
+    auto workload = tuner::Workload::create(print_, schedules);
+    if (!workload) return workload.error();
+    workload_ = std::move(*workload);
+    auto loaded = workload_->compile(workload_->program_options());
+    if (const auto* fault = std::get_if<lower::Fault>(&loaded)) return workload_->report(*fault);
+    program_ = std::move(std::get<std::unique_ptr<lower::LoadedProgram>>(loaded));
+    print_ = workload_->print();
+    const Result<world::World> world = world::load_world(
+        print_.input, world::rules_of(print_.allow, print_.memory_bytes), world::MeshFiles::kSkip);
+    if (!world) return world.error();
+    Result<Goals> read = read_goals(goals, *world, program_->fablets(), print_.settings);
+    if (!read) return read.error();
+    goals_ = std::move(*read);
+    size_t choices = 1;
+    for (const Unknown& unknown : goals_.unknowns) {
+        if (unknown.is_discrete()) choices *= unknown.choices.size();
+        if (choices > kMostChoices)
+            return error_at(unknown.location, fmt::format(messages::kTooManyChoices, kMostChoices));
+    }
+    // Support is no part of what fablets mix, but costs something.
+    if (!goals_.ask_cost()) print_.support = "off";
+    auto kept = program::KeptPrint::create(print_, program_->fablets(), interrupt_);
+    if (!kept) return kept.error();
+    kept_ = std::move(*kept);
+    const auto paid = std::ranges::find(goals_.goals, Quantity::kCost, &Goal::quantity);
+    if (paid == goals_.goals.end()) return {};
+    const auto cost = cost_of(std::vector<double>(kept_->world().materials.size()));
+    if (!cost) {
+        return error_at(paid->location, fmt::format(messages::kNoPrices, kept_->printer().name),
+                        messages::kNoPricesHelp);
+    }
+    currency_ = cost->currency;
+    return {};
+}
+
+double PrintValues::search_pitch() const {
+    return kept_->info(program::SumPitch::kCoarse).pitch_mm.x /
+           kept_->info(program::SumPitch::kPrinter).pitch_mm.x;
+}
+
+std::optional<pipeline::PrintCost> PrintValues::cost_of(const std::vector<double>& ml) const {
+    const pipeline::PrintInfo& info = kept_->info(program::SumPitch::kPrinter);
+    std::vector<double> by_code{0};
+    by_code.insert(by_code.end(), ml.begin(), ml.end());
+    return program::print_cost(kept_->printer(), info, info.slice_end - info.slice_begin, by_code);
+}
+
+/// Returns the value of a goal for millilitres by material.
+double PrintValues::value_of(const Goal& goal, const std::vector<double>& ml) const {
+    // A support of its own, which comes last, is neither weighed nor measured, but paid.
+    const std::vector<world::Material>& materials = kept_->world().materials;
+    double all = 0, of = 0;
+    for (size_t m = 0; m < materials.size(); ++m) {
+        const double amount =
+            ml[m] * (goal.quantity == Quantity::kWeight ? materials[m].density_g_cm3 : 1);
+        all += amount;
+        if (goal.material < 0 || static_cast<size_t>(goal.material) == m) of += amount;
+    }
+    switch (goal.quantity) {
+        case Quantity::kShare:
+            return all > 0 ? of / all : 0;
+        case Quantity::kVolume:
+        case Quantity::kWeight:
+            return of;
+        case Quantity::kCost: {
+            const std::optional<pipeline::PrintCost> cost = cost_of(ml);
+            return cost ? cost->money : 0;
+        }
+    }
+    return 0;
+}
+
+std::vector<double> PrintValues::unknowns_at(std::span<const double> x,
+                                             const Choices& choices) const {
+    std::vector<double> out;
+    size_t next = 0;
+    for (size_t u = 0; u < goals_.unknowns.size(); ++u) {
+        const Unknown& unknown = goals_.unknowns[u];
+        if (unknown.is_discrete()) {
+            out.push_back(static_cast<double>(choices[u]));
+            continue;
+        }
+        const double value = unknown.min + x[next++] * (unknown.max - unknown.min);
+        // As it is written: the nearest float, never beyond its bounds.
+        out.push_back(std::clamp(double{static_cast<float>(value)}, unknown.min, unknown.max));
+    }
+    return out;
+}
+
+std::vector<std::string> PrintValues::settings_of(const std::vector<double>& unknowns) const {
+    std::map<std::string, std::vector<double>> numbers;
+    std::map<std::string, std::string> texts;
+    for (size_t u = 0; u < unknowns.size(); ++u) {
+        const Unknown& unknown = goals_.unknowns[u];
+        const std::string name = unknown.object + "." + unknown.uniform;
+        if (unknown.is_discrete()) {
+            texts[name] = unknown.choices[static_cast<size_t>(unknowns[u])];
+            continue;
+        }
+        auto& values = numbers.try_emplace(name, unknown.now).first->second;
+        values[static_cast<size_t>(std::max(unknown.component, 0))] = unknowns[u];
+    }
+    for (const auto& [name, values] : numbers) {
+        std::string text;
+        for (const double value : values)
+            text += fmt::format("{}{}", text.empty() ? "" : ", ", static_cast<float>(value));
+        texts[name] = values.size() == 1 ? text : "[" + text + "]";
+    }
+    std::vector<std::string> out;
+    for (const auto& [name, text] : texts)
+        out.push_back(name + "=" + text);
+    return out;
+}
+
+Result<std::vector<double>> PrintValues::searched(const std::vector<double>& unknowns) {
+    if (const auto known = known_.find(unknowns); known != known_.end()) return known->second;
+    const bool costs = goals_.ask_cost();
+    const auto sums =
+        kept_->sums(settings_of(unknowns), goals_.regions, program::SumPitch::kCoarse, costs);
+    if (!sums) return sums.error();
+    std::vector<double> values;
+    for (const Goal& goal : goals_.goals)
+        values.push_back(value_of(goal, mixed_ml((*sums)[goal.region])));
+    history_.push_back({unknowns, values});
+    known_[unknowns] = values;
+    show_progress();
+    return values;
+}
+
+/// Returns the materials of mixtures, and the support that is printed.
+std::vector<double> PrintValues::mixed_ml(const program::RegionSums& sums) const {
+    std::vector<double> out = sums.mixed_ml;
+    for (size_t m = kept_->world().materials.size(); m < sums.printed_ml.size(); ++m)
+        out[m] = sums.printed_ml[m];
+    return out;
+}
+
+void PrintValues::show_progress() const {
+    if (print_.progress == program::ProgressMode::kNone || history_.size() % 100 != 0) return;
+    say(fmt::format(messages::kProgress, history_.size()));
+}
+
+Result<PrintValues::Counted> PrintValues::count(const std::vector<double>& unknowns) {
+    const auto sums =
+        kept_->sums(settings_of(unknowns), goals_.regions, program::SumPitch::kPrinter, true);
+    if (!sums) return sums.error();
+    Counted out;
+    for (const Goal& goal : goals_.goals) {
+        out.mixed.push_back(value_of(goal, mixed_ml((*sums)[goal.region])));
+        out.printed.push_back(value_of(goal, (*sums)[goal.region].printed_ml));
+    }
+    return out;
+}
+
+}  // namespace openfab::fit
