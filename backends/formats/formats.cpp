@@ -12,6 +12,7 @@
 #include "backends/gcvf/format.h"
 #include "backends/ofr/ofr_format.h"
 #include "backends/raster/formats.h"
+#include "backends/zarr/format.h"
 
 namespace openfab::backends {
 
@@ -22,7 +23,7 @@ constexpr std::array kFormats{
     &gcvf::kGcvfFormat,        &raster::kGreyFormat,    &raster::kGrey16Format,
     &raster::kTiffFormat,      &raster::kTiff16Format,  &raster::kNpyFormat,
     &boundary::kThreemfFormat, &boundary::kApartFormat, &boundary::kFilamentFormat,
-    &boundary::kMixedFormat,   &boundary::kStlFormat,
+    &boundary::kMixedFormat,   &boundary::kStlFormat,   &zarr::kZarrFormat,
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "backends/read/gcvf_print.h"
 #include "backends/read/messages.h"
 #include "backends/read/ofr_print.h"
+#include "backends/read/zarr_print.h"
 #include "base/units.h"
 
 namespace openfab::prints {
@@ -18,6 +19,7 @@ namespace openfab::prints {
 Result<std::unique_ptr<PrintFile>> PrintFile::open(const std::string& path, int64_t memory_bytes) {
     std::error_code ignored;
     if (std::filesystem::is_directory(path, ignored)) {
+        if (zarr::is_store(path)) return ZarrPrint::open(path, memory_bytes);
         Result<std::unique_ptr<FolderPrint>> folder = FolderPrint::open(path, memory_bytes);
         if (!folder) return folder.error();
         return std::unique_ptr<PrintFile>(std::move(*folder));

@@ -3,7 +3,7 @@
 #pragma once
 
 // A print of which any slice can be read, also while it is still being written: an `.ofr` file
-// (ofr_print.h), a folder of slices (folder_print.h) or a GCVF (gcvf_print.h).
+// (ofr_print.h), a folder of slices (folder_print.h), a GCVF (gcvf_print.h) or a store of Zarr (zarr_print.h).
 
 #include <cstdint>
 #include <memory>
@@ -21,6 +21,8 @@ namespace openfab::prints {
 struct SliceBuffers {
     std::vector<uint8_t> frame;
     std::vector<uint8_t> rows;  ///< packed rows of the slice, lowest y first
+    std::vector<uint8_t> slab;  ///< likewise of a slab, of a print that is read by slabs
+    uint64_t slab_digest = 0;   ///< that the slab's data have; 0: it has none
 };
 
 /// All functions are thread-safe.

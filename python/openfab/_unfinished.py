@@ -14,7 +14,7 @@ from ._files import outside_errors
 class Unfinished:
     """A temporary file or folder next to an output, which replaces the output once it is complete.
 
-    `name` is empty if none is needed: for the standard output, addresses, pipes and devices; for an existing folder,
+    `name` is empty if none is needed: for the standard output, addresses, pipes and devices; for a store of Zarr, for an existing folder,
     whose slices are replaced one by one; and for outputs that the print refuses. A link is followed.
     """
 
@@ -32,6 +32,8 @@ class Unfinished:
         if self._output in ("", "-") or self._output.startswith(("tcp://", "tls://", "unix:")):
             return self
         place = Path(os.path.realpath(self._output))
+        if place.suffix == ".zarr":  # others may fill the same store, which is whole shard by shard
+            return self
         slash = os.sep if self._output.endswith(os.sep) else ""  # which says that it is a folder
         if not place.parent.is_dir() or (place.exists() and (slash or not place.is_file())):
             return self

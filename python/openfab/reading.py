@@ -259,7 +259,7 @@ def read(file: str | os.PathLike[str], *, memory: Whole = _MEMORY) -> Voxels | S
     Parameters
     ----------
     file : str or path
-        An .ofr file, a folder of slices (PNG or BMP), or an .npy file with its .npy.json. If an .ofr file is cut short or
+        An .ofr file, a folder of slices (PNG or BMP), a .zarr store, or an .npy file with its .npy.json. If an .ofr file is cut short or
         still being written, its complete slices are read.
     memory : int, optional
         The memory budget in bytes; a file with slices larger than a quarter of it is refused.

@@ -144,7 +144,8 @@ void add_verify(CLI::App& app, Action* action) {
     auto file = std::make_shared<std::string>();
     command
         ->add_option("FILE", *file,
-                     "an .ofr file, or - for standard input; a folder of slices; an .npy, .stl, "
+                     "an .ofr file, or - for standard input; a .zarr store; a folder of slices; an "
+                     ".npy, .stl, "
                      ".3mf or .gcvf file of a print")
         ->required();
     auto memory = std::make_shared<std::string>();

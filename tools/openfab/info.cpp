@@ -15,6 +15,7 @@
 #include "backends/raster/slice_digests.h"
 #include "backends/raster/slice_files.h"
 #include "backends/read/gcvf_print.h"
+#include "backends/zarr/store.h"
 #include "base/input_file.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -25,6 +26,7 @@
 #include "tools/openfab/list_textures.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/verify_files.h"
+#include "tools/openfab/verify_store.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -120,6 +122,24 @@ Result<void> info_of_gcvf(const std::string& file, int64_t memory_bytes) {
                          note->slices_of_whole));
     show_materials(info, (*print)->totals());
     show_story(file, std::nullopt, 11);
+    return {};
+}
+
+Result<void> info_of_store(const std::string& path, int64_t memory_bytes) {
+    const auto print = prints::PrintFile::open(path, memory_bytes);
+    if (!print) return print.error();
+    const Result<std::string> missing = missing_in_store(path);
+    if (!missing) return missing.error();
+    const pipeline::PrintInfo& info = (*print)->info();
+    print_grid(info);
+    show(fmt::format("seed       {}\n", info.seed));
+    const auto totals = (*print)->totals();
+    show(missing->empty() ? std::string("complete   yes\n")
+         : totals         ? fmt::format(messages::kCompletePart,
+                                        info.size.z - (info.slice_end - info.slice_begin))
+                          : fmt::format(messages::kStoreLacks, *missing));
+    show_materials(info, totals);
+    if (totals) show(fmt::format("hash       {:016x}\n", totals->hash));
     return {};
 }
 
@@ -356,6 +376,7 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
     if (json && !mesh::is_mesh_file(file)) return usage_error(messages::kJsonIsForMeshes);
     std::error_code status;
     if (fs::is_directory(file, status)) {
+        if (zarr::is_store(file)) return info_of_store(file, *bytes);
         const bool of_slices = fs::exists(fs::path(file) / "manifest.json", status);
         return of_slices || !is_volume_folder(file) ? info_of_folder(file)
                                                     : list_texture(file, *bytes);

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab merge SHARD.ofr… -o OUT`: the parts of one print that were made by `--slices`, as the one
+// `openfab merge PART… -o OUT`: the parts, `.ofr` files or stores of Zarr, of one print that were made by `--slices`, as the one
 // print: what a run of the whole would have written.
 
 #include <fmt/format.h>
@@ -14,12 +14,15 @@
 #include <vector>
 
 #include "backends/ofr/ofr_reader.h"
+#include "backends/read/print_file.h"
+#include "backends/zarr/store.h"
 #include "base/say.h"
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/known_printer.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/slice_copy.h"
+#include "tools/openfab/verify_store.h"
 
 namespace openfab::tools {
 
@@ -30,22 +33,40 @@ struct Shard {
     std::string file;
     pipeline::PrintInfo info;
     pipeline::PrintTotals totals;
+    std::unique_ptr<prints::PrintFile> store;  ///< null for an .ofr file
 };
+
+Error with_resume_hint(Error error) {
+    error.help = messages::kCompleteItWithResume;
+    return error;
+}
+
+Result<Shard> open_store(const std::string& path, int64_t memory_bytes) {
+    Result<std::unique_ptr<prints::PrintFile>> print = prints::PrintFile::open(path, memory_bytes);
+    if (!print) return print.error();
+    const auto totals = (*print)->totals();
+    if (totals) return Shard{path, (*print)->info(), *totals, std::move(*print)};
+    const Result<std::string> missing = missing_in_store(path);
+    if (!missing) return missing.error();
+    return with_resume_hint(user_error(fmt::format(messages::kStoreLacksSlices, path, *missing)));
+}
 
 Result<std::vector<Shard>> open_shards(const std::vector<std::string>& files,
                                        int64_t memory_bytes) {
     std::vector<Shard> shards;
     for (const std::string& file : files) {
         if (file == "-") return usage_error(messages::kMergeReadsFiles);
+        if (zarr::is_store(file)) {
+            Result<Shard> store = open_store(file, memory_bytes);
+            if (!store) return store.error();
+            shards.push_back(std::move(*store));
+            continue;
+        }
         Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, memory_bytes);
         if (!reader) return reader.error();
         Result<pipeline::PrintTotals> totals = ofr::OfrReader::read_totals(file);
-        if (!totals) {
-            Error error = totals.error();
-            error.help = messages::kCompleteItWithResume;
-            return error;
-        }
-        shards.push_back({file, (*reader)->info(), std::move(*totals)});
+        if (!totals) return with_resume_hint(totals.error());
+        shards.push_back({file, (*reader)->info(), std::move(*totals), nullptr});
     }
     std::stable_sort(shards.begin(), shards.end(), [](const Shard& a, const Shard& b) {
         return a.info.slice_begin < b.info.slice_begin;
@@ -105,6 +126,15 @@ pipeline::PrintTotals copy_shards(const std::vector<Shard>& shards, int64_t memo
                                   pipeline::SliceSink* sink, Result<void>* done) {
     pipeline::PrintTotals so_far;
     for (const Shard& shard : shards) {
+        if (shard.store != nullptr) {
+            const Result<pipeline::PrintTotals> copied = copy_slices(*shard.store, sink);
+            if (!copied) {
+                *done = copied.error();
+                return so_far;
+            }
+            so_far.add(*copied);
+            continue;
+        }
         Result<std::unique_ptr<ofr::OfrReader>> reader =
             ofr::OfrReader::open(shard.file, memory_bytes);
         if (!reader) {

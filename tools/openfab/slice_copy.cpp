@@ -109,6 +109,7 @@ Result<pipeline::PrintTotals> copy_slices(const prints::PrintFile& print,
                                         info.size.y};
         if (Result<void> done = sink->commit(z, sink->encode(slice)); !done) return done.error();
     }
+    if (const auto known = print.totals()) totals.tight = known->tight;
     totals.complete = true;
     return totals;
 }

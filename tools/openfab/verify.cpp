@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "backends/ofr/ofr_reader.h"
+#include "backends/zarr/store.h"
 #include "base/input_file.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -19,6 +20,7 @@
 #include "tools/openfab/commands.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/verify_files.h"
+#include "tools/openfab/verify_store.h"
 
 namespace openfab::tools {
 
@@ -40,7 +42,8 @@ Result<void> verify(const std::string& file, const std::string& memory) {
     if (!bytes) return bytes.error();
     if (file != "-") {
         std::error_code ignored;
-        if (std::filesystem::is_directory(file, ignored)) return verify_folder(file, *bytes);
+        if (std::filesystem::is_directory(file, ignored))
+            return zarr::is_store(file) ? verify_store(file, *bytes) : verify_folder(file, *bytes);
         const std::string first = first_bytes(file);
         if (first == "\x93NUMPY" || file.ends_with(".npy")) return verify_array(file);
         if (first.starts_with("PK")) return verify_package(file, *bytes);

@@ -9,8 +9,6 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <numeric>
 #include <span>
 #include <string>
 #include <utility>
@@ -19,9 +17,7 @@
 
 #include "backends/common/tee_sink.h"
 #include "backends/ofr/format.h"
-#include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/slice_codec.h"
-#include "backends/read/print_file.h"
 #include "backends/stream/message.h"
 #include "base/json.h"
 #include "base/result.h"
@@ -37,8 +33,8 @@
 #include "mesh/read/threemf.h"
 #include "runtime/process/kinds/kinds.h"
 #include "tests/fuzz/readers/geometry_readers.h"
+#include "tests/fuzz/readers/print_readers.h"
 #include "tests/fuzz/readers/seal.h"
-#include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
 #include "tools/color/profile.h"
 #include "tools/color/samples.h"
@@ -75,18 +71,6 @@ bool read_mesh(std::string_view bytes, const char* file) {
 template <const char* file>
 bool mesh(std::string_view bytes) {
     return read_mesh(bytes, file);
-}
-
-const std::filesystem::path& folder() {
-    static const testing::TempFolder folder;
-    return folder.path();
-}
-
-/// A file of these bytes, for readers that open one by its name.
-std::string written(const char* name, std::string_view bytes) {
-    const std::filesystem::path file = folder() / name;
-    std::ofstream(file, std::ios::binary) << bytes;
-    return file.string();
 }
 
 /// What its looks name is there, and its pictures, as `openfab import` fetches them.
@@ -149,17 +133,6 @@ bool mtl(std::string_view bytes) {
     return answered(read) && read->looks[0].color;
 }
 
-bool open_pyramid(const std::filesystem::path& file) {
-    const auto pyramid = texture::Pyramid::open(file, texture::kWrapRepeat, 0);
-    if (!answered(pyramid)) return false;
-    // What it says it has is there.
-    const std::span<const float> texels = (*pyramid)->texels(), bounds = (*pyramid)->minmax();
-    const volatile float sum = std::accumulate(texels.begin(), texels.end(), 0.0F) +
-                               std::accumulate(bounds.begin(), bounds.end(), 0.0F);
-    (void)sum;
-    return true;
-}
-
 bool oftx(std::string_view bytes) {
     return open_pyramid(written("a.oftx", bytes));
 }
@@ -219,56 +192,6 @@ bool printer(std::string_view bytes) {
 
 bool transforms(std::string_view bytes) {
     return answered(world::parse_transforms(bytes, "a.txt", 100'000));
-}
-
-/// The viewer's reader, in any order. Returns how many slices it read.
-int32_t slices_seen(const std::string& file) {
-    auto print = prints::PrintFile::open(file, kReaderBytes);
-    if (!answered(print)) return 0;
-    prints::SliceBuffers buffers;
-    int32_t good = 0;
-    const int32_t begin = (*print)->info().slice_begin;
-    for (int32_t z = begin + (*print)->whole_slices() - 1; z >= begin; --z)
-        good += answered((*print)->read_slice(z, &buffers)) ? 1 : 0;
-    return good;
-}
-
-bool ofr(std::string_view bytes) {
-    const std::string file = written("a.ofr", bytes);
-    const int32_t seen = slices_seen(file);
-    (void)answered(ofr::OfrReader::read_totals(file));
-    auto reader = ofr::OfrReader::open(file);
-    if (!answered(reader)) return false;
-    for (;;) {
-        const Result<bool> more = (*reader)->next();
-        if (!answered(more)) return false;
-        if (*more) continue;
-        if (seen != (*reader)->whole_slices()) std::abort();
-        return true;
-    }
-}
-
-bool gcvf(std::string_view bytes) {
-    return slices_seen(written("a.gcvf", bytes)) > 0;
-}
-
-/// A folder of slices, as a print and as a volume: its manifest, and a slice behind it.
-bool slices(std::string_view bytes) {
-    constexpr std::string_view kBetween = "\n--- slice ---\n";
-    const size_t end = std::min(bytes.find(kBetween), bytes.size());
-    std::filesystem::create_directories(folder() / "slices");
-    written("slices/manifest.json", bytes.substr(0, end));
-    const bool any = end < bytes.size();
-    const std::string slice =
-        written("slices/slice_0001.png", any ? bytes.substr(end + kBetween.size()) : "");
-    if (!any) std::filesystem::remove(slice);
-    const std::filesystem::path out = folder() / "out.oftx";
-    texture::ReadLimits limits;
-    limits.memory_bytes = kReaderBytes;
-    const bool is_volume = answered(
-        tools::make_volume_file(folder() / "slices", out, texture::VolumeOptions{}, limits));
-    if (is_volume && !open_pyramid(out)) std::abort();
-    return slices_seen((folder() / "slices").string()) > 0 && is_volume;
 }
 
 /// What both ends of a line make of messages: a receiver of a print, and a sender that hears its
@@ -416,6 +339,7 @@ constexpr Reader kReaders[] = {
     {"ofr", false, ofr, seal_print},
     {"gcvf", false, gcvf},
     {"slices", true, slices},
+    {"zarr", true, zarr_store, seal_store},
     {"oftx", false, oftx, seal_pyramid},
     {"stream", false, messages, seal_messages},
     {"png", false, picture<kPng>},

@@ -7,9 +7,14 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "backends/ofr/format.h"
 #include "backends/stream/message.h"
+#include "backends/zarr/crc32c.h"
+#include "backends/zarr/layout.h"
+#include "backends/zarr/shard_list.h"
+#include "backends/zarr/store.h"
 #include "base/hash.h"
 
 namespace openfab::testing {
@@ -72,6 +77,26 @@ void seal_print(std::string* bytes) {
         if (magic != ofr::kSliceMagic) return;
         at = seal_slice(bytes, *at);
     }
+}
+
+void seal_store(std::string* bytes) {
+    constexpr std::string_view kList = "\n--- list ---\n", kShard = "\n--- shard ---\n";
+    const size_t list = bytes->find(kList);
+    const std::string group = bytes->substr(0, list);
+    const Result<pipeline::PrintInfo> info = zarr::read_group(group, "zarr.json");
+    if (list == std::string::npos || !info) return;
+    const size_t head_end = bytes->find('\n', list + kList.size());
+    const size_t shard = bytes->find(kShard, list);
+    if (head_end > shard || shard == std::string::npos) return;
+    const std::string head = zarr::list_head(zarr::identity_of(group), 0, info->size.z);
+    bytes->replace(list + kList.size(), head_end + 1 - list - kList.size(), head);
+    const size_t from = bytes->find(kShard, list) + kShard.size();
+    const size_t index = zarr::levels_of(info->size)[0].chunks() * 16;
+    if (bytes->size() < from + index + 4) return;
+    const auto* const raw =
+        reinterpret_cast<const uint8_t*>(bytes->data()) + bytes->size() - 4 - index;
+    const uint32_t sum = zarr::crc32c({raw, index});
+    std::memcpy(bytes->data() + bytes->size() - 4, &sum, sizeof sum);
 }
 
 void seal_messages(std::string* bytes) {
