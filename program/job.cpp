@@ -69,7 +69,7 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
     if (!format) return format.error();
     if (Result<void> fine = check_mesh_pitch(options, *format); !fine) return fine.error();
     if (has_mesh_colors(*format, *printer) && !(*format)->needs_mixtures)
-        notes->push_back(fmt::format(messages::kColorsOfMixtures, printer->name));
+        notes->push_back(fmt::format(messages::kColorsOfPreviews, printer->name));
     if (has_mesh_pitch(options, *printer, *format)) {
         if (!options.mesh_pitch_mm && !pitch_is_given(options)) {
             notes->push_back(fmt::format(messages::kMeshesMadeFrom, kMeshPitchMm * options.draft));
@@ -105,7 +105,10 @@ Result<void> check_known(const Vec3d& pitch_mm, const world::Printer& printer, w
     return {};
 }
 
-Result<void> check_materials(const world::World& world, const world::Printer& printer) {
+/// What has colours on its faces may have more of them than the machine has inks.
+Result<void> check_materials(const world::World& world, const world::Printer& printer,
+                             const backends::Format* format) {
+    if (has_mesh_colors(format, printer) && !format->needs_mixtures) return {};
     const size_t most = static_cast<size_t>(printer.max_materials);
     if (world.materials.size() <= most) return {};
     return user_error(
@@ -239,7 +242,10 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets,
         const Box3d tray = tray_box(job.printer, job.tray);
         job.input.crop_mm = Box3d{tray.lo, {tray.hi.x, tray.hi.y, tray.lo.z}};
     }
-    if (Result<void> fine = check_materials(*world, job.printer); !fine) return fine.error();
+    const Result<const backends::Format*> format = choose_format(options, job.printer);
+    if (!format) return format.error();
+    if (Result<void> fine = check_materials(*world, job.printer, *format); !fine)
+        return fine.error();
     Result<std::vector<part::Part>> parts =
         part::bind(*world, fablets, {options.settings, options.memory_bytes, &job.input.warnings});
     if (!parts) return parts.error();
@@ -253,8 +259,6 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets,
     Result<int32_t> support = choose_support(options, *world, job.printer, &job.input.materials);
     if (!support) return support.error();
     job.input.support_code = *support;
-    const Result<const backends::Format*> format = choose_format(options, job.printer);
-    if (!format) return format.error();
     job.input.pitch_mm =
         print_pitch(options, job.printer.pitch_mm, has_mesh_pitch(options, job.printer, *format));
     if (Result<void> known = check_known(job.input.pitch_mm, job.printer, job.tray); !known)

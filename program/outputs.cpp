@@ -156,9 +156,11 @@ bool is_mesh_format(const Format* format) {
 
 std::string lost_mixtures(const pipeline::PrintStatistics& statistics, const std::string& dither,
                           const backends::Format* format, const world::Printer& printer) {
-    if (statistics.voxels_mixed == 0 || !is_mesh_format(format) ||
-        has_mesh_colors(format, printer) || !dither.empty())
+    if (statistics.voxels_mixed == 0 || !is_mesh_format(format) || format->needs_mixtures)
         return {};
+    if (has_mesh_colors(format, printer))
+        return fmt::format(messages::kColorsOfMixtures, printer.name);
+    if (!dither.empty()) return {};
     const auto all =
         static_cast<double>(std::max(statistics.voxels_solid, statistics.voxels_mixed));
     return fmt::format(messages::kMixturesAreLost,

@@ -25,12 +25,12 @@ bool is_mesh_format(const backends::Format* format);
 /// a slicer mixes.
 bool has_mesh_colors(const backends::Format* format, const world::Printer& printer);
 
-/// Returns the note for mixtures that the meshes of an output do not have; empty where none were lost, or
-/// the rule of the dither, `dither`, was chosen.
+/// Returns the warning for mixtures that the meshes of an output do not have, or whose colours they estimate; empty where
+/// none were lost, or the rule of the dither, `dither`, was chosen.
 std::string lost_mixtures(const pipeline::PrintStatistics& statistics, const std::string& dither,
                           const backends::Format* format, const world::Printer& printer);
 
-/// Returns the note for materials of the print that are not in its grey pictures, which are of one; empty where
+/// Returns the warning for materials of the print that are not in its grey pictures, which are of one; empty where
 /// there are none, or that one, `grey_material`, was chosen.
 std::string left_out_of_grey(const pipeline::PrintStatistics& statistics,
                              const pipeline::PrintInfo& info, const std::string& grey_material,

@@ -145,11 +145,11 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
         if (statistics.voxels_solid > 0) progress.note(note);
     if (const std::string lost = lost_mixtures(statistics, options.dither, format, printer);
         !lost.empty())
-        progress.note(lost);
+        progress.warn(lost);
     if (const std::string left =
             left_out_of_grey(statistics, print->info(), options.grey_material, format);
         !left.empty())
-        progress.note(left);
+        progress.warn(left);
     if (progress.sums_up()) show_summary(statistics, print->info(), options);
     return written;
 }

@@ -205,6 +205,10 @@ Result<void> Print::print() {
         interrupt_, &statistics);
     program::add_cost(ready->job.printer, info_, &statistics);
     std::vector<std::string> found = statistics.late_warnings;
+    if (std::string lost =
+            program::lost_mixtures(statistics, options_.dither, ready->format, ready->job.printer);
+        !lost.empty())
+        found.push_back(std::move(lost));
     const std::string nothing = program::nothing_printed(statistics, sizes);
     // A window may well be one of air.
     if (!nothing.empty() && !window_mm_) {
@@ -212,13 +216,10 @@ Result<void> Print::print() {
         found.push_back(nothing);
     }
     statistics_ = program::statistics_json(statistics, info_);
-    std::string lost =
-        program::lost_mixtures(statistics, options_.dither, ready->format, ready->job.printer);
     const std::lock_guard lock(mutex_);
     warnings_.insert(warnings_.end(), found.begin(), found.end());
     if (nothing.empty())
         notes_.insert(notes_.end(), statistics.notes.begin(), statistics.notes.end());
-    if (!lost.empty()) notes_.push_back(std::move(lost));
     return done;
 }
 

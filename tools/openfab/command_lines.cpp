@@ -12,8 +12,8 @@
 #include "backends/formats/formats.h"
 #include "base/say.h"
 #include "base/talking_program.h"
-#include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/converter.h"
 
 namespace openfab::tools {
 
@@ -67,9 +67,8 @@ void add_import(CLI::App& app, Action* action) {
     auto a = std::make_shared<ImportArguments>();
     command
         ->add_option("FILE", a->file,
-                     "a mesh: " + mesh::mesh_formats() +
-                         "; .step; .wrl; .usd; .dcm of segments; or a print: .ofr, .gcvf or a "
-                         "folder of slices")
+                     "a mesh: " + importable_meshes() +
+                         "; .mtlx; .dcm of segments; or a print: .ofr, .gcvf or a folder of slices")
         ->required();
     command->add_option("-o,--output", a->folder, "the folder to make");
     command->add_flag("--list", a->list,
@@ -159,15 +158,19 @@ void add_copy_options(CLI::App* command, ExportOptions* options, const std::stri
                       const std::vector<std::string>& more) {
     command->add_option("-o,--output", options->print.output,
                         "a folder, or a file: " + backends::file_extensions() + other);
-    std::vector<std::string> formats;
-    for (const backends::Format* format : backends::formats())
-        formats.emplace_back(format->name);
+    // What needs mixtures, which slices have no more, says so itself.
+    std::vector<std::string> formats, known;
+    for (const backends::Format* format : backends::formats()) {
+        known.emplace_back(format->name);
+        if (!format->needs_mixtures) formats.emplace_back(format->name);
+    }
     formats.insert(formats.end(), more.begin(), more.end());
+    known.insert(known.end(), more.begin(), more.end());
     command
         ->add_option("--format", options->print.format,
                      fmt::format("{} (default: by the output's extension, else png)",
                                  fmt::join(formats, ", ")))
-        ->check(CLI::IsMember(formats));
+        ->check(CLI::IsMember(known).description(fmt::format("{{{}}}", fmt::join(formats, ","))));
     command->add_option("--png", options->png, "rgba or indexed")
         ->check(CLI::IsMember({"rgba", "indexed"}));
     command->add_flag("--flip-x", options->print.flip_x,

@@ -13,6 +13,7 @@
 #include "base/exit_kind.h"
 #include "base/start_program.h"
 #include "base/text.h"
+#include "mesh/load/load_mesh.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/stock.h"
@@ -41,6 +42,10 @@ bool is_vrml_file(const fs::path& file) {
 bool is_usd_file(const fs::path& file) {
     const std::string kind = lower_ascii(file.extension().string());
     return kind == ".usd" || kind == ".usda" || kind == ".usdc" || kind == ".usdz";
+}
+
+std::string importable_meshes() {
+    return mesh::mesh_formats() + ", .step, .stp, .wrl, .vrml, .usd, .usda, .usdc, .usdz";
 }
 
 namespace {

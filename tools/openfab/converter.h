@@ -26,6 +26,8 @@ extern const Converter kStepConverter, kVrmlConverter, kScanConverter;
 bool is_step_file(const std::filesystem::path& file);
 bool is_vrml_file(const std::filesystem::path& file);
 bool is_usd_file(const std::filesystem::path& file);
+/// The extensions of these and of meshes, for messages.
+std::string importable_meshes();
 
 /// Lets a converter read `file`, which its arguments name. What it says goes to standard error, and the
 /// error has no text then. Errors: it was not built, cannot be started, was ended by a signal.

@@ -28,7 +28,7 @@ Importer::Importer(const mesh::LoadedBodies& loaded, const Pictures& pictures,
     : loaded_(loaded),
       file_(file),
       options_(options),
-      materials_(loaded.looks),
+      materials_(loaded.looks, options.mesh_colors),
       pictures_(pictures) {
     for (const mesh::LoadedMesh& body : loaded.bodies) {
         for (const Vec3d& p : body.mesh.positions)

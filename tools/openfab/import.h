@@ -19,6 +19,7 @@ namespace openfab::tools {
 struct ImportOptions {
     std::string fablet;  ///< a stock fablet; empty: what fits each body
     std::string printer = "generic";
+    bool mesh_colors = false;          ///< the printer takes them (`world::Printer`)
     std::string picture;               ///< a file instead of the mesh's own pictures
     std::string profile;               ///< a table of inks (`openfab color bake`); empty: a formula
     std::optional<double> largest_mm;  ///< size along the longest side; default: unchanged

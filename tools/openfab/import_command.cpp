@@ -130,8 +130,8 @@ Result<mesh::MeshOptions> read_arguments(ImportArguments* arguments) {
     if (const std::string other = mesh::other_mesh_format(mesh); !other.empty())
         return usage_error(fmt::format("`{}` is {}", arguments->file, other));
     if (!mesh::is_mesh_file(mesh)) {
-        return usage_error(fmt::format(messages::kNoMeshExtension, arguments->file,
-                                       mesh::mesh_formats() + ", .step"));
+        return usage_error(
+            fmt::format(messages::kNoMeshExtension, arguments->file, importable_meshes()));
     }
     ImportOptions& import = arguments->import;
     if (!import.fablet.empty() && find_stock_fablet(import.fablet) == nullptr) {
@@ -251,8 +251,9 @@ std::string summary(const mesh::LoadedBodies& loaded, const Import& import) {
 Result<fs::path> import_mesh(ImportArguments arguments) {
     const Result<mesh::MeshOptions> options = read_arguments(&arguments);
     if (!options) return options.error();
-    if (Result<world::Printer> printer = world::load_printer(arguments.import.printer); !printer)
-        return printer.error();
+    const Result<world::Printer> printer = world::load_printer(arguments.import.printer);
+    if (!printer) return printer.error();
+    arguments.import.mesh_colors = printer->mesh_colors;
     if (const std::string& picture = arguments.import.picture; !picture.empty()) {
         if (Result<void> readable = texture::check_picture(picture); !readable)
             return readable.error();

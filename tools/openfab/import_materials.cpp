@@ -31,7 +31,8 @@ ImportMaterials::Key ImportMaterials::free_key(Key key) {
     return key;
 }
 
-std::string ImportMaterials::add(const std::string& name, const LinearColor& linear, double alpha) {
+std::string ImportMaterials::add(const std::string& name, const LinearColor& linear, double alpha,
+                                 bool in_white) {
     Key key{};
     for (size_t c = 0; c < 3; ++c)
         key[c] = linear_to_srgb8(linear[c]);
@@ -41,7 +42,7 @@ std::string ImportMaterials::add(const std::string& name, const LinearColor& lin
     const auto opacity = static_cast<int>(std::lround(255 * std::clamp(alpha, 0.0, 1.0)));
     lines_.push_back(fmt::format("{}: {{\"key\": \"{}\", \"preview\": \"{}{:02x}\"}}",
                                  json_string(unique), hex(free_key(key)),
-                                 hex(key == kPaper ? kOffWhite : key), opacity));
+                                 hex(in_white || key == kPaper ? kOffWhite : key), opacity));
     return unique;
 }
 
@@ -75,7 +76,7 @@ std::string ImportMaterials::grey(const std::string& name) {
     constexpr int kSteps = 8;
     const double share = static_cast<double>(greys_++ % kSteps) / kSteps;
     const double grey = 1 - 0.8 * share;
-    return add(name, {grey, grey, grey}, 1);
+    return add(name, {grey, grey, grey}, 1, one_white_);
 }
 
 }  // namespace openfab::tools

@@ -18,7 +18,9 @@ using LinearColor = std::array<double, 3>;
 
 class ImportMaterials {
   public:
-    explicit ImportMaterials(const std::vector<mesh::Look>& looks) : looks_(looks) {}
+    /// `one_white`: what has no colour has that of white in previews, for machines that take these for colours.
+    ImportMaterials(const std::vector<mesh::Look>& looks, bool one_white)
+        : looks_(looks), one_white_(one_white) {}
 
     /// Adds the inks and white of coloured skins, once; they have these names.
     void add_inks();
@@ -34,11 +36,13 @@ class ImportMaterials {
   private:
     using Key = std::array<int, 3>;
 
-    std::string add(const std::string& name, const LinearColor& linear, double alpha);
+    std::string add(const std::string& name, const LinearColor& linear, double alpha,
+                    bool in_white = false);
     /// Returns a key close to the requested one that no other material has.
     Key free_key(Key key);
 
     const std::vector<mesh::Look>& looks_;
+    const bool one_white_;
     std::vector<std::string> lines_;
     std::map<int32_t, std::string> of_look_;
     std::map<std::string, std::string> of_;

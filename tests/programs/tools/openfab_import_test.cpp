@@ -328,6 +328,14 @@ TEST_F(OpenfabImport, OptionsThatDoNotGoTogetherAreTold) {
     EXPECT_THAT(gltf.err, Says(tools::messages::kGltfIsYUp));
 }
 
+TEST_F(OpenfabImport, WhatIsReadIsListedForWhatIsNot) {
+    scratch_.write("a.txt", "x");
+    const Outcome outcome = openfab({"import", path("a.txt"), "-o", path("made")});
+    EXPECT_EQ(outcome.exit_code, 2);
+    for (const char* kind : {".obj", ".3mf", ".amf", ".off", ".step", ".wrl", ".usd", ".usdz"})
+        EXPECT_THAT(outcome.err, HasSubstr(kind));
+}
+
 /// A pyramid whose base is at the lowest y, or z.
 std::string pyramid(bool y_up) {
     std::string text;

@@ -9,11 +9,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "backends/formats/formats.h"
 #include "base/messages.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/read/threemf.h"
+#include "mesh/read/zip_file.h"
 #include "program/messages.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/places/places.h"
@@ -147,6 +149,8 @@ TEST_F(Printers, HaveTheMixtureOrTellInEachFormat) {
                                                                : std::string(format->extension));
             std::vector<std::string> words{"print",    path("orange.fab.json"),   "--printer", name,
                                            "--format", std::string(format->name), "-o",        out};
+            // What is lost is said where little is to be said of the progress, too.
+            if (is_mesh || format->of_fractions) words.insert(words.end(), {"--progress", "none"});
             if (!is_mesh) words.insert(words.end(), {"--dpi", "300x300", "--layer", "50um"});
             const Outcome outcome = openfab(words);
             ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -191,6 +195,84 @@ TEST_F(Printers, HaveTheMixtureOrTellInEachFormat) {
         }
     }
     EXPECT_EQ(colored, 2);
+}
+
+/// The colours of a file's faces, as it writes them.
+std::set<std::string> colors_of(const std::string& file) {
+    const Result<mesh::ZipFile> zip = mesh::ZipFile::open(read_file(file), file);
+    if (!zip) return {zip.error().text()};
+    const Result<std::string> model = zip->read("3D/3dmodel.model");
+    if (!model) return {model.error().text()};
+    constexpr std::string_view kColor = "<m:color color=\"";
+    std::set<std::string> out;
+    for (size_t at = 0; (at = model->find(kColor, at)) != std::string::npos; at += kColor.size())
+        out.insert(model->substr(at + kColor.size(), 9));
+    return out;
+}
+
+/// A coloured mesh has a colour for each material, not one for each ink; slices have inks.
+TEST_F(Printers, ThatTakeColouredMeshesPrintMoreColoursThanInks) {
+    constexpr std::array kColors{"e04040", "40a050", "3050c0", "e0c040",
+                                 "a050a0", "30b0b0", "808080", "502010"};
+    std::string text;
+    std::set<std::string> asked;
+    for (size_t i = 0; i < kColors.size(); ++i) {
+        const double x = static_cast<double>(i) * 2;
+        text += fmt::format("o part{}\nusemtl m{}\n", i, i);
+        for (int corner = 0; corner < 8; ++corner) {
+            text += fmt::format("v {} {} {}\n", x + (corner & 1), corner >> 1 & 1, corner >> 2);
+        }
+        constexpr std::array<std::array<int, 3>, 12> kFaces{{{0, 2, 3},
+                                                             {0, 3, 1},
+                                                             {4, 5, 7},
+                                                             {4, 7, 6},
+                                                             {0, 1, 5},
+                                                             {0, 5, 4},
+                                                             {2, 6, 7},
+                                                             {2, 7, 3},
+                                                             {0, 4, 6},
+                                                             {0, 6, 2},
+                                                             {1, 3, 7},
+                                                             {1, 7, 5}}};
+        for (const auto& [a, b, c] : kFaces) {
+            const int first = static_cast<int>(i) * 8 + 1;
+            text += fmt::format("f {} {} {}\n", first + a, first + b, first + c);
+        }
+    }
+    scratch_.write("plain.obj", text);
+    std::string looks;
+    for (size_t i = 0; i < kColors.size(); ++i) {
+        const auto value = std::stoul(kColors[i], nullptr, 16);
+        looks += fmt::format("newmtl m{}\nKd {} {} {}\n", i, (value >> 16) / 255.0,
+                             (value >> 8 & 255) / 255.0, (value & 255) / 255.0);
+        std::string upper = kColors[i];
+        std::transform(upper.begin(), upper.end(), upper.begin(), ::toupper);
+        asked.insert("#" + upper + "FF");
+    }
+    scratch_.write("looks.mtl", looks);
+    scratch_.write("many.obj", "mtllib looks.mtl\n" + text);
+    for (const std::string name : {"mimaki_553", "mimaki_2207"}) {
+        SCOPED_TRACE(name);
+        const auto made = [&](const std::string& stem) { return path(name + "_" + stem); };
+        for (const std::string stem : {"many", "plain"}) {
+            const Outcome import = openfab({"import", path(stem + ".obj"), "-o", made(stem),
+                                            "--printer", name, "--unit", "mm"});
+            ASSERT_EQ(import.exit_code, 0) << import.err;
+            const Outcome outcome =
+                openfab({"print", made(stem) + "/" + stem + ".fab.json", "--format", "3mf",
+                         "--mesh-pitch", "0.5mm", "-o", made(stem + ".3mf")});
+            ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+            EXPECT_THAT(outcome.err, Says(program::messages::kColorsOfPreviews, name));
+            EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("warning: ")));
+        }
+        EXPECT_EQ(colors_of(made("many.3mf")), asked);
+        // Import's shades of grey tell parts apart in slices; nobody asked for them.
+        EXPECT_EQ(colors_of(made("plain.3mf")), std::set<std::string>{"#F4F2ECFF"});
+        const Outcome slices = openfab({"print", made("many") + "/many.fab.json", "--format", "ofr",
+                                        "--voxel", "0.5mm", "-o", made("many.ofr")});
+        EXPECT_EQ(slices.exit_code, 1);
+        EXPECT_THAT(slices.err, Says(program::messages::kTooManyMaterials, 8, name));
+    }
 }
 
 TEST_F(Printers, AskForWhatTheirMakersDoNotPublish) {
