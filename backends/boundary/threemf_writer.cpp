@@ -51,7 +51,7 @@ constexpr std::string_view kRelationships =
 /// Returns the attributes that paint a whole triangle with a filament, as OrcaSlicer and Bambu Studio read it:
 /// four bits a hexadecimal digit, the last digit first; two bits 0, the triangle is whole; two bits of the filament, where
 /// it is 1 or 2, else 3 and a digit of the filament less 3. PrusaSlicer has another name for the same, and reads this one
-/// where its own is missing or empty (since 2.6): its own says that there is no paint, since it would carry that of horizontal
+/// where its own is missing or empty: its own says that there is no paint, since it would carry that of horizontal
 /// triangles into other layers, and has volumes instead.
 /// Source: PrusaSlicer, TriangleSelector::serialize, Format/3mf.cpp; OrcaSlicer, Format/bbs_3mf.cpp.
 std::string painted_with(size_t filament) {

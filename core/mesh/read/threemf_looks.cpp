@@ -80,6 +80,14 @@ ThreemfFace ThreemfLooks::face(ThreemfPart* part, const ThreemfObject& object, i
 }
 
 int32_t ThreemfLooks::filament(const std::string& name, const std::optional<ThreemfColor>& color) {
+    const auto [known, fresh] = materials_.try_emplace({name, color}, kNew, std::string());
+    if (!known->second.second.empty()) return known->second.first;
+    const int32_t look = plain(name, color);
+    if (fresh) known->second.first = look;
+    return look;
+}
+
+int32_t ThreemfLooks::plain(const std::string& name, const std::optional<ThreemfColor>& color) {
     Look look;
     look.name = name;
     if (color) {
@@ -128,11 +136,11 @@ int32_t ThreemfLooks::material(ThreemfPart* part, int64_t id, int64_t pick) {
     if (look != kNew) return look;
     std::optional<ThreemfColor> color;
     if (group.colored[index]) color = group.values[index];
-    // Parts repeat materials that are one; within a part they are different ones.
+    // Parts, and the filaments of no part, repeat materials that are one; within a part they are different ones.
     const auto [known, fresh] =
         materials_.try_emplace({group.names[index], color}, kNew, part->name);
     if (!fresh && known->second.second != part->name) return look = known->second.first;
-    look = filament(group.names[index], color);
+    look = plain(group.names[index], color);
     if (fresh) known->second.first = look;
     return look;
 }

@@ -55,7 +55,7 @@ class ThreemfLooks {
     ThreemfFace face(ThreemfPart* part, const ThreemfObject& object, int64_t group,
                      const std::array<int64_t, 3>& picks);
 
-    /// Returns the look of a filament.
+    /// Returns the look of a filament: that of a material of its name and colour, if there is one.
     int32_t filament(const std::string& name, const std::optional<ThreemfColor>& color);
 
     /// Returns the look of a mixture of looks in these shares; of one alone itself, of none -1.
@@ -92,6 +92,7 @@ class ThreemfLooks {
     };
 
     ThreemfPart::Added& added_of(ThreemfPart* part, int64_t id, const ThreemfGroup& group);
+    int32_t plain(const std::string& name, const std::optional<ThreemfColor>& color);
     int32_t material(ThreemfPart* part, int64_t id, int64_t pick);
     int32_t composite(ThreemfPart* part, int64_t id, const Picks& picks);
     int32_t mixture(ThreemfPart* part, const ThreemfGroup& group,
@@ -118,7 +119,7 @@ class ThreemfLooks {
     const ZipFile& zip_;
     ThreemfTold& told_;
     std::optional<size_t> color_, uv_;  ///< attributes of the mesh
-    /// Materials by name and colour, with the part that has them first.
+    /// Materials by name and colour, with the part that has them first; filaments are of none.
     std::map<std::pair<std::string, std::optional<ThreemfColor>>, std::pair<int32_t, std::string>>
         materials_;
     std::vector<PictureUse> pictures_;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <tuple>
 
 #include "mesh/read/messages.h"
@@ -109,6 +110,41 @@ TEST(ThreemfMixed, MixesFilamentsAsThreeSlicersSay) {
         EXPECT_EQ(mixture_of(source, 0), third) << text;
         EXPECT_EQ(mixture_of(source, 1), fourth) << text;
         EXPECT_EQ(mixture_of(source, 2), "") << text;
+    }
+}
+
+int64_t looks_named(const MeshSource& source, const std::string& name) {
+    return std::ranges::count(source.looks, name, &Look::name);
+}
+
+/// Base materials that other programs read, and filaments of a slicer: as OpenFab and others write them.
+TEST(ThreemfMixed, FilamentsAreTheMaterialsOfTheirNameAndColour) {
+    const std::string materials =
+        R"(<basematerials id="5"><base name="red" displaycolor="#FF0000FF"/><base name="blue" displaycolor="#0000FF"/><base name="1 red + 3 blue" displaycolor="#800080"/></basematerials>)";
+    for (const bool first : {false, true}) {  // the mixture before its materials
+        const std::vector<std::string> triangles{
+            first ? R"(pid="5" p1="2" paint_color="0C")" : R"(pid="5" p1="0" paint_color="4")",
+            R"(pid="5" p1="1" paint_color="8")", R"(pid="5" p1="2" paint_color="0C")",
+            R"(pid="5" p1="0" paint_color="4")"};
+        const MeshSource source = read_source(threemf_package(
+            threemf_model(materials + R"(<object id="9" pid="5" pindex="0">)" +
+                              threemf_cube(0, 10, triangles) + "</object>",
+                          kOneItem),
+            {{"Metadata/Prusa_Slicer_full_spectrum.json",
+              R"({"version": 1, "physical_extruders": [{"id": 1, "color": "#FF0000", "name": "red"}, {"id": 2, "color": "#0000FF", "name": "blue"}],
+                  "virtual_extruders": [{"id": 3, "kind": "fullspectrum", "color": "#800080", "components": [{"extruder": 1, "ratio": 1}, {"extruder": 2, "ratio": 3}]}]})"}}));
+        EXPECT_EQ(mixture_of(source, 2), "0.25 of red, 0.75 of blue");
+        EXPECT_EQ(looks_named(source, "red"), 1);
+        EXPECT_EQ(looks_named(source, "blue"), 1);
+        // Those alike of one slicer are of two spools.
+        const MeshSource alike = read_source(threemf_package(
+            threemf_model(R"(<object id="9">)" +
+                              threemf_cube(0, 10, {R"(paint_color="4")", R"(paint_color="8")"}) +
+                              "</object>",
+                          kOneItem),
+            {{"Metadata/project_settings.config",
+              R"({"filament_settings_id": ["PLA", "PLA"], "filament_colour": ["#FF0000", "#FF0000"]})"}}));
+        EXPECT_EQ(looks_named(alike, "PLA"), 2);
     }
 }
 
