@@ -24,7 +24,6 @@ using ir::Type;
 constexpr size_t kMostNodes = 50'000;
 /// Numbers of integers are exact as floats up to here.
 constexpr float kMostInteger = 1 << 24;
-constexpr float kMostFactor = 1 << 8;
 
 struct Node {
     const char* kind = nullptr;     ///< null: none does the operation
@@ -246,7 +245,7 @@ NodeValue FunctionNodes::coordinate(int32_t axis, bool scaled) {
         ++count_;
     }
     const NodeValue plain{false, 0, fmt::format("point.{}", kAxes[index]), false};
-    return scaled ? binary("multiplication", plain, number(static_cast<float>(scale_[index])))
+    return scaled ? binary("multiplication", plain, number(static_cast<float>(place_.scale[index])))
                   : plain;
 }
 
@@ -264,35 +263,13 @@ NodeValue FunctionNodes::whole(Type type, uint32_t bits) {
     return number(static_cast<float>(exact));
 }
 
-/// Whether a line's value cannot be negative, whatever the point.
-bool FunctionNodes::never_negative(uint32_t index) {
-    const IrLine& line = stage_->lines[index];
-    if (line.type == Type::kUint || line.type == Type::kBool) return true;
-    const auto never = [&](uint32_t a) { return never_negative(a); };
-    switch (line.op) {
-        case Op::kAbs:
-        case Op::kSqrt:
-        case Op::kExp:
-        case Op::kExp2:
-        case Op::kCosh:
-            return true;
-        case Op::kConst:
-        case Op::kInput:
-            return values_[index].is_number && values_[index].number >= 0;
-        case Op::kMax:
-            return std::ranges::any_of(line.args, never);
-        case Op::kMin:
-        case Op::kAdd:
-        case Op::kMul:
-        case Op::kFloor:
-        case Op::kCeil:
-        case Op::kRound:
-        case Op::kTrunc:
-        case Op::kConvert:
-            return std::ranges::all_of(line.args, never);
-        default:
-            return false;
-    }
+/// Whether a line's value is within these bounds wherever the function is asked; roundings of floats may add a little.
+bool FunctionNodes::is_within(uint32_t index, double lo, double hi) {
+    constexpr double kRounding = 1 + 1e-5;
+    const std::vector<bool>& undefined = all_undefined();
+    if (bounds_.empty()) bounds_ = stage_bounds(*stage_, uniforms_, place_, undefined);
+    const ValueBounds& of = bounds_[index];
+    return of.lo * kRounding >= lo && of.hi * kRounding <= hi;
 }
 
 NodeValue FunctionNodes::input(const IrLine& line) {
@@ -315,17 +292,20 @@ NodeValue FunctionNodes::value(uint32_t index) {
     return decides(stage_->lines[index]) ? choose(index, number(1), number(0)) : values_[index];
 }
 
-/// Whether a line's value may be undefined: a node compares with `<` alone, which is then false.
-bool FunctionNodes::may_be_undefined(uint32_t index) {
-    if (undefined_.empty()) {
-        for (const IrLine& one : stage_->lines) {
-            const bool own = one.type == Type::kFloat && node_of(one.op).may_be_undefined;
-            undefined_.push_back(own || std::ranges::any_of(one.args, [&](uint32_t a) {
-                                     return a < undefined_.size() && undefined_[a];
-                                 }));
-        }
+/// By line, whether its value may be undefined: a node compares with `<` alone, which is then false.
+const std::vector<bool>& FunctionNodes::all_undefined() {
+    if (!undefined_.empty()) return undefined_;
+    for (const IrLine& one : stage_->lines) {
+        const bool any = std::ranges::any_of(
+            one.args, [&](uint32_t a) { return a < undefined_.size() && undefined_[a]; });
+        // Integers and truths always are something.
+        undefined_.push_back(one.type == Type::kFloat && (any || node_of(one.op).may_be_undefined));
     }
-    return undefined_[index];
+    return undefined_;
+}
+
+bool FunctionNodes::may_be_undefined(uint32_t index) {
+    return all_undefined()[index];
 }
 
 /// `same` where two values that are neither less nor more are equal, `other` where one is undefined.
@@ -371,7 +351,8 @@ NodeValue FunctionNodes::pick(const IrLine& line) {
     return out;
 }
 
-NodeValue FunctionNodes::line(const IrLine& line) {
+NodeValue FunctionNodes::line(uint32_t index) {
+    const IrLine& line = stage_->lines[index];
     const auto arg = [&](size_t i) { return value(line.args[i]); };
     const bool is_float = line.type == Type::kFloat;
     if (line.op == Op::kConst) {
@@ -384,10 +365,16 @@ NodeValue FunctionNodes::line(const IrLine& line) {
         const Type from = stage_->lines[line.args[0]].type;
         if (line.type == Type::kBool) return choose(line.args[0], number(1), number(0));
         // A negative number becomes one near 2^32.
-        if (line.type == Type::kUint && !never_negative(line.args[0]))
+        if (line.type == Type::kUint && !is_within(line.args[0], 0, 0x1p32))
             fail(messages::kCalculatesWithBits);
         if (is_float || from != Type::kFloat) return arg(0);
-        return select(arg(0), number(0), unary("ceil", arg(0)), unary("floor", arg(0)));
+        if (line.type == Type::kInt && !is_within(line.args[0], -0x1p31, 0x1p31))
+            fail(messages::kCalculatesWithBits);
+        const NodeValue cut =
+            select(arg(0), number(0), unary("ceil", arg(0)), unary("floor", arg(0)));
+        // What is undefined is 0.
+        if (!may_be_undefined(line.args[0])) return cut;
+        return select(arg(0), number(0), cut, select(number(0), arg(0), cut, number(0)));
     }
     if (line.type == Type::kBool) {
         fail(called(line));
@@ -407,18 +394,9 @@ NodeValue FunctionNodes::line(const IrLine& line) {
         const bool exact = is_float || line.op == Op::kMin || line.op == Op::kMax ||
                            (line.type == Type::kInt &&
                             (line.op == Op::kAdd || line.op == Op::kSub || line.op == Op::kMul));
-        for (size_t i = 0; !is_float && i < line.args.size(); ++i) {
-            // A factor of a hash, whose products wrap.
-            if (arg(i).is_number && std::fabs(arg(i).number) > kMostInteger)
-                fail(messages::kCalculatesWithBits);
-        }
-        // Numbers of cells stay exact up to 2^16 where they are multiplied by small ones. Other products are of hashes:
-        // they wrap, or need more digits than a number of a function has.
-        if (!is_float && line.op == Op::kMul) {
-            const bool small = (arg(0).is_number && std::fabs(arg(0).number) <= kMostFactor) ||
-                               (arg(1).is_number && std::fabs(arg(1).number) <= kMostFactor);
-            if (!small) fail(messages::kCalculatesWithBits);
-        }
+        // What wraps, or needs more digits than a number of a function has: sums and products of hashes.
+        if (!is_float && !is_within(index, -kMostInteger, kMostInteger))
+            fail(messages::kCalculatesWithBits);
         if (is_float && (line.op == Op::kMin || line.op == Op::kMax) &&
             may_be_undefined(line.args[0])) {
             // The second one where the first is undefined; a node has no value there.
@@ -438,6 +416,7 @@ Result<std::vector<NodeValue>> FunctionNodes::add(const IrStage& stage,
                                                   const std::optional<NodeValue>& distance) {
     stage_ = &stage;
     undefined_.clear();
+    bounds_.clear();
     distance_ = distance;
     std::vector<bool> needed(stage.lines.size(), false);
     for (const uint32_t one : outputs)
@@ -449,7 +428,7 @@ Result<std::vector<NodeValue>> FunctionNodes::add(const IrStage& stage,
     }
     values_.assign(stage.lines.size(), {});
     for (size_t i = 0; i < stage.lines.size() && fault_.empty(); ++i) {
-        if (needed[i] && !decides(stage.lines[i])) values_[i] = line(stage.lines[i]);
+        if (needed[i] && !decides(stage.lines[i])) values_[i] = line(static_cast<uint32_t>(i));
     }
     if (!fault_.empty()) return user_error(fault_);
     std::vector<NodeValue> out;

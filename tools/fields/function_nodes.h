@@ -16,6 +16,7 @@
 
 #include "base/result.h"
 #include "tools/fields/fablet_ir.h"
+#include "tools/fields/stage_bounds.h"
 
 namespace openfab::tools {
 
@@ -31,8 +32,8 @@ struct NodeValue {
 
 class FunctionNodes {
   public:
-    /// `scale`: of the points of a volume stage, which are the function's times that.
-    explicit FunctionNodes(std::array<double, 3> scale) : scale_(scale) {}
+    /// `place`: where the function is asked.
+    explicit FunctionNodes(const StagePlace& place) : place_(place) {}
 
     /// Sets the values of the uniforms of the stages that follow; they must outlive them.
     void use(std::span<const uint32_t> values) { uniforms_ = values; }
@@ -62,22 +63,24 @@ class FunctionNodes {
     NodeValue coordinate(int32_t axis, bool scaled);
     NodeValue frame(int32_t index) const;
     NodeValue input(const IrLine& line);
-    NodeValue line(const IrLine& line);
+    NodeValue line(uint32_t index);
     NodeValue choose(uint32_t condition, const NodeValue& yes, const NodeValue& no);
     NodeValue pick(const IrLine& line);
     NodeValue whole(ir::Type type, uint32_t bits);
     NodeValue if_equal(const IrLine& condition, const NodeValue& same, const NodeValue& other);
+    const std::vector<bool>& all_undefined();
     bool may_be_undefined(uint32_t index);
-    bool never_negative(uint32_t index);
+    bool is_within(uint32_t index, double lo, double hi);
     NodeValue value(uint32_t index);
     void fail(const std::string& what);
 
     std::span<const uint32_t> uniforms_;
-    std::array<double, 3> scale_;
+    StagePlace place_;
     const IrStage* stage_ = nullptr;
     std::optional<NodeValue> distance_;
-    std::vector<NodeValue> values_;  ///< of the stage's lines that are needed
-    std::vector<bool> undefined_;    ///< by line of the stage; empty: not asked for yet
+    std::vector<NodeValue> values_;    ///< of the stage's lines that are needed
+    std::vector<bool> undefined_;      ///< by line of the stage; empty: not asked for yet
+    std::vector<ValueBounds> bounds_;  ///< likewise
     std::string nodes_, fault_;
     std::map<std::string, NodeValue> known_;  ///< by kind and inputs
     std::map<uint32_t, std::string> constants_;

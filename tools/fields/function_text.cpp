@@ -383,24 +383,33 @@ Result<FieldValue> FunctionTexts::node_value(Scope* scope, const ThreemfNode& no
         if (!one) return one;
         inputs.push_back(std::move(*one));
     }
-    const Complaint wrong = node_text(*kind, inputs, &value);
+    NodeKind kept = *kind;
+    const std::string text = keep_undefined(*kind);
+    kept.text = text;
+    const Complaint wrong = node_text(kept, inputs, &value);
     if (!wrong.empty()) return error(place(*scope, &node), wrong.what, wrong.help);
-    keep_undefined(node.kind, inputs, &value);
     return value;
 }
 
-/// `min(x, y)` and `max(x, y)` are `y` where `x` is undefined; here that stays so, for the fallback.
-void FunctionTexts::keep_undefined(const std::string& kind, const std::vector<FieldValue>& inputs,
-                                   FieldValue* value) {
-    static constexpr std::string_view kUndefined[] = {
-        "division", "arcsin", "asin", "arccos", "acos", "tan",   "fmod",
-        "mod",      "pow",    "sqrt", "log",    "log2", "log10", "inverse"};
-    if (std::ranges::find(kUndefined, kind) != std::end(kUndefined)) may_be_undefined_ = true;
-    const bool chooses = kind == "min" || kind == "max" || kind == "clamp";
-    if (!may_be_undefined_ || !chooses || inputs[0].type != value->type ||
-        value->type == ThreemfType::kMatrix)
-        return;
-    value->text = fmt::format("select({0} == {0}, {1}, {0})", inputs[0].text, value->text);
+/// `max(x, y)` is `y` where `x` is undefined, `sign(x)` 0 and `pow(x, 0)` 1; here that stays undefined, for the fallback.
+std::string FunctionTexts::keep_undefined(const NodeKind& kind) {
+    static constexpr std::string_view kUndefined[] = {"division", "arcsin", "arccos", "tan",
+                                                      "fmod",     "mod",    "pow",    "sqrt",
+                                                      "log",      "log2",   "log10",  "inverse"};
+    /// With the inputs that are lost.
+    static constexpr std::pair<std::string_view, std::string_view> kDefined[] = {
+        {"min", "0"}, {"max", "0"}, {"clamp", "01"}, {"sign", "0"}, {"pow", "01"}};
+    const std::string_view name = mesh::threemf_words(kind.names)[0];
+    std::string text(kind.text);
+    if (may_be_undefined_) {
+        for (const auto& [of, inputs] : kDefined) {
+            for (size_t i = 0; of == name && i < inputs.size(); ++i)
+                text = fmt::format("select({{{0}}} == {{{0}}}, {1}, {{{0}}})", inputs[i], text);
+        }
+    }
+    may_be_undefined_ =
+        may_be_undefined_ || std::ranges::find(kUndefined, name) != std::end(kUndefined);
+    return text;
 }
 
 Result<FieldValue> FunctionTexts::call(Scope* scope, const ThreemfNode& node,

@@ -73,8 +73,7 @@ class FunctionTexts {
     Result<void> write(Scope* scope, size_t node, const std::string& output);
     Result<FieldValue> node_value(Scope* scope, const mesh::ThreemfNode& node,
                                   const std::string& output);
-    void keep_undefined(const std::string& kind, const std::vector<FieldValue>& inputs,
-                        FieldValue* value);
+    std::string keep_undefined(const NodeKind& kind);
     Result<FieldValue> call(Scope* scope, const mesh::ThreemfNode& node, const std::string& output);
     struct Slope {
         std::string value, gradient;

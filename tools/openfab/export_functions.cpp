@@ -229,7 +229,11 @@ class FunctionsExport {
 
     Result<int> make(const world::Object& object, const FabletIr& fablet,
                      const part::BoundUniforms& bound, const Shape& shape, const Scale& scale) {
-        FunctionNodes nodes(scale);
+        const mesh::Mesh& mesh = world_.meshes[static_cast<size_t>(object.mesh)];
+        Box3d box;
+        for (const Vec3d& p : mesh.positions)
+            box.add(p);
+        FunctionNodes nodes({around(box), scale});
         std::optional<NodeValue> level;
         if (shape.fablet != nullptr) {
             nodes.use(shape.values);
@@ -312,21 +316,23 @@ class FunctionsExport {
             if (has_hulls(*beams)) note_once(fmt::format(messages::kBeamsOfTwoRadii, object.name));
             return model_.add_beams(object.name, *beams, materials);
         }
-        const mesh::Mesh& mesh = world_.meshes[static_cast<size_t>(object.mesh)];
         if (!level)
             return model_.add_mesh(object.name, mesh.positions, mesh.triangles, materials, volume);
-        int bounds = 0;
         const bool box_only = shape.fablet != nullptr;
-        if (box_only) {
-            Box3d box;
-            for (const Vec3d& p : mesh.positions)
-                box.add(p);
-            bounds = model_.add_box(box);
-        } else {
-            bounds = model_.add_mesh({}, mesh.positions, mesh.triangles, 0, 0);
-        }
+        const int bounds = box_only ? model_.add_box(box)
+                                    : model_.add_mesh({}, mesh.positions, mesh.triangles, 0, 0);
         return model_.add_level_set(object.name, {function, "shape", {}}, bounds, box_only,
                                     materials, volume);
+    }
+
+    /// Where a reader may ask an object's function: within its box, and some voxels beyond.
+    static std::array<ValueBounds, 3> around(const Box3d& box) {
+        constexpr double kMargin = 0.25;
+        const Vec3d more = box.size() * kMargin;
+        std::array<ValueBounds, 3> out;
+        for (int a = 0; a < 3 && !box.empty(); ++a)
+            out[static_cast<size_t>(a)] = {box.lo[a] - more[a], box.hi[a] + more[a]};
+        return out;
     }
 
     static uint32_t value_of_shape(const FabletIr& fablet) {

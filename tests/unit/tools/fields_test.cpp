@@ -106,13 +106,13 @@ TEST(Fields, ANodeIsALine) {
 
 // `max(x, y)` is y where x is undefined; a function then has no value, but its fallback.
 TEST(Fields, WhatIsUndefinedStaysSo) {
-    const auto made = [](const char* root, const char* attributes) {
+    const auto made = [](const char* root, const char* attributes, const char* top = "max") {
         const Result<FieldFablet> text = fablet(level_set(
             function(5, kPos,
                      node("length", "len", {{"A", "inputs.pos"}}) +
                          node(root, "root", {{"A", "len.result"}}) +
                          node("constant", "r", {}, R"(value="4")", "value") +
-                         node("max", "top", {{"A", "root.result"}, {"B", "r.value"}}) +
+                         node(top, "top", {{"A", "root.result"}, {"B", "r.value"}}) +
                          node("clamp", "within",
                               {{"A", "top.result"}, {"min", "r.value"}, {"max", "root.result"}}),
                      fmt::format(fmt::runtime(kShape), "within.result"), "f"),
@@ -122,10 +122,17 @@ TEST(Fields, WhatIsUndefinedStaysSo) {
     };
     const std::string text = made("sqrt", R"(meshbboxonly="true")");
     EXPECT_THAT(text, HasSubstr("select(root_v == root_v, max(root_v, r_v), root_v)"));
-    EXPECT_THAT(text, HasSubstr("select(top_v == top_v, max(r_v, min(top_v, root_v)), top_v)"));
+    EXPECT_THAT(text,
+                HasSubstr("select(r_v == r_v, select(top_v == top_v, max(r_v, min(top_v, root_v)), "
+                          "top_v), r_v)"));
     EXPECT_THAT(text, HasSubstr("return max((isnan(level) ? 0 : level), bounds(q));"));
     EXPECT_THAT(made("sqrt", R"(meshbboxonly="true" fallbackvalue="-1")"),
                 HasSubstr("return max((isnan(level) ? -1 : level), bounds(q));"));
+    EXPECT_THAT(made("sqrt", "", "sign"),
+                HasSubstr("= select(root_v == root_v, sign(root_v), root_v);"));
+    EXPECT_THAT(
+        made("sqrt", "", "pow"),
+        HasSubstr("select(r_v == r_v, select(root_v == root_v, pow(root_v, r_v), root_v), r_v)"));
     // What is defined everywhere is as before.
     EXPECT_THAT(made("abs", R"(meshbboxonly="true")"), HasSubstr("top_v = max(root_v, r_v);"));
 }

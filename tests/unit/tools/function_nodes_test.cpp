@@ -40,7 +40,8 @@ constexpr const char* kPoint =
 
 /// The text of a function whose output is the shape's value.
 std::string text_of(const FabletIr& ir, const std::vector<uint32_t>& uniforms = {}) {
-    FunctionNodes nodes({1, 1, 1});
+    constexpr ValueBounds kSide{-500, 500};
+    FunctionNodes nodes({{kSide, kSide, kSide}, {1, 1, 1}});
     nodes.use(uniforms);
     const auto made = nodes.add(ir.shape, {ir.shape.outputs[0].value}, {});
     if (!made) return made.error().message;
@@ -136,21 +137,49 @@ TEST(FunctionNodes, IntegersThatWrapAreNamed) {
               messages::kCalculatesWithBits);
     EXPECT_THAT(shape_of("    %3 = abs float %2\n    %4 = convert uint %3\n" + of_uint, 5),
                 HasSubstr("<i:floor"));
-    // Products: of cells, by small numbers, and of hashes.
+    // Sums and products of cells are exact, those of hashes are not.
     const auto product = [&](const std::string& factor) {
         return shape_of("    %3 = convert int %2\n" + factor + "    %6 = convert float %5\n", 6);
     };
     EXPECT_THAT(product("    %4 = const int 3\n    %5 = mul int %3 %4\n"),
                 HasSubstr("<i:multiplication"));
+    EXPECT_THAT(product("    %4 = const int 1\n    %5 = mul int %3 %3\n"),
+                HasSubstr("<i:multiplication"));
     EXPECT_EQ(product("    %4 = const int 60000\n    %5 = mul int %3 %4\n"),
               messages::kCalculatesWithBits);
-    EXPECT_EQ(product("    %4 = const int 1\n    %5 = mul int %3 %3\n"),
+    EXPECT_EQ(product("    %4 = mul int %3 %3\n    %5 = mul int %4 %3\n"),
               messages::kCalculatesWithBits);
+    EXPECT_THAT(product("    %4 = const int 16000000\n    %5 = sub int %4 %3\n"),
+                HasSubstr("<i:subtraction"));
+    EXPECT_EQ(product("    %4 = const int 16777000\n    %5 = add int %3 %4\n"),
+              messages::kCalculatesWithBits);
+    // Of floats without bounds.
+    EXPECT_EQ(
+        shape_of("    %3 = exp float %2\n    %4 = convert int %3\n    %5 = convert float %4\n", 5),
+        messages::kCalculatesWithBits);
+    EXPECT_THAT(shape_of("    %3 = exp float %2\n    %4 = const float 9\n    %5 = min float %3 %4\n"
+                         "    %6 = convert int %5\n    %7 = convert float %6\n",
+                         7),
+                HasSubstr("<i:floor"));
     // A float has no room for 2^24 + 1.
     EXPECT_EQ(shape_of("    %3 = convert int %2\n    %4 = const int 16777217\n"
                        "    %5 = sub int %3 %4\n    %6 = convert float %5\n",
                        6),
               messages::kCalculatesWithBits);
+}
+
+// An integer always is something; a node `floor` has no value there.
+TEST(FunctionNodes, WhatIsUndefinedIsTheIntegerZero) {
+    const auto picks = [](const std::string& of) {
+        const std::string text =
+            shape_of(of + "    %4 = convert int %3\n    %5 = convert float %4\n", 5);
+        size_t count = 0;
+        for (size_t at = 0; (at = text.find("<i:select", at)) != std::string::npos; ++at)
+            ++count;
+        return count;
+    };
+    EXPECT_EQ(picks("    %3 = sqrt float %2\n"), 3u);
+    EXPECT_EQ(picks("    %3 = abs float %2\n"), 1u);
 }
 
 TEST(FunctionNodes, WhatNoFunctionSaysIsNamed) {
