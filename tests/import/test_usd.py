@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 import os
+import struct
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import BLUE, GREEN, RED, TOOL, VOXEL, WHITE, YELLOW, box, like, linear, quad_picture
+from conftest import BLUE, GREEN, RED, TOOL, VOXEL, WHITE, YELLOW, box, like, linear, quad_picture, srgb
 from PIL import Image
 
 pxr = pytest.importorskip("pxr")
@@ -169,6 +171,136 @@ def test_places_and_instances(tmp_path, imported):
         assert like(made.look(*point), color), point
     assert made.look(1, 7, 0.5) is None and made.look(9, 7, 2) is None
     assert "invisible" in made.told and "/hidden" in made.told
+
+
+@pytest.mark.parametrize("where", ["below", "class", "over", "own colour", "every"])
+def test_colors_of_instances(tmp_path, imported, where):
+    """The primvars of an instancer hold for each of its instances, as those of points for points; the prototype's own come first."""
+    of = stage(tmp_path / "dots.usda")
+    many = UsdGeom.PointInstancer.Define(of, "/many")
+    outside = {"class": Sdf.SpecifierClass, "over": Sdf.SpecifierOver}.get(where)
+    kind = "/kinds/part" if outside else "/many/part"
+    mesh = cube(of, kind, 2)
+    if outside:
+        of.GetPrimAtPath("/kinds").SetSpecifier(outside)
+    if where == "own colour":
+        mesh.CreateDisplayColorPrimvar("constant").Set([light(YELLOW)])
+    many.CreatePrototypesRel().SetTargets([kind])
+    many.CreateProtoIndicesAttr([0, 0, 0])
+    many.CreatePositionsAttr([(0, 0, 0), (4, 0, 0), (8, 0, 0)])
+    many.CreateInvisibleIdsAttr([1])
+    colors = UsdGeom.PrimvarsAPI(many).CreatePrimvar("displayColor", TYPES.Color3fArray, "constant" if where == "every" else "vertex")
+    colors.Set([light(GREEN)] if where == "every" else [light(c) for c in (RED, GREEN, BLUE)])
+    of.Save()
+    made = imported(tmp_path / "dots.usda")
+    expected = {"own colour": (YELLOW, YELLOW), "every": (GREEN, GREEN)}.get(where, (RED, BLUE))
+    seen = [made.look(1, 1, 1.75), made.look(9, 1, 1.75)]
+    assert all(like(*pair) for pair in zip(seen, expected)), seen
+    assert made.look(5, 1, 1) is None
+
+
+@pytest.mark.parametrize("purposes, color", [("preview full", GREEN), ("full", RED), ("all full", BLUE), ("all preview full", GREEN)])
+def test_materials_of_purposes(tmp_path, imported, purposes, color):
+    """The material for previews, which has the UsdPreviewSurface, before that of all purposes and that of finished pictures."""
+    of = stage(tmp_path / "two.usda")
+    mesh = cube(of, "/part")
+    api = UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim())
+    for purpose, own in (("all", BLUE), ("preview", GREEN), ("full", RED)):
+        if purpose in purposes.split():
+            api.Bind(material(of, f"/looks/{purpose}", own)[0], materialPurpose="" if purpose == "all" else purpose)
+    of.Save()
+    made = imported(tmp_path / "two.usda")
+    assert like(made.look(2, 2, 3.75), color)
+    assert ("/looks/full" in made.told) == (purposes != "full")
+
+
+@pytest.mark.parametrize("purpose", ["guide", "proxy", "render", "default"])
+def test_what_stands_in_is_told(tmp_path, imported, purpose):
+    of = stage(tmp_path / "two.usda")
+    cube(of, "/part", 2)
+    other = cube(of, "/other", 2)
+    other.CreatePurposeAttr(purpose)
+    move(other, (4, 0, 0))
+    of.Save()
+    made = imported(tmp_path / "two.usda")
+    is_printed = purpose in ("render", "default")
+    assert sum(made.counts().values()) == 64 * (1 + is_printed)
+    assert (f"`{purpose}`" in made.told and "/other" in made.told) != is_printed
+
+
+def deep_tiff(path: Path, value: int) -> None:
+    """A TIFF of 16 bits a channel, one colour."""
+    side = 4
+    entries = [(256, 3, 1, side), (257, 3, 1, side), (258, 3, 3, 200), (259, 3, 1, 1), (262, 3, 1, 2), (273, 4, 1, 256)]
+    entries += [(277, 3, 1, 3), (278, 3, 1, side), (279, 4, 1, side * side * 6)]
+    head = struct.pack("<2sHIH", b"II", 42, 8, len(entries))
+    head += b"".join(struct.pack("<HHII", *entry) for entry in entries) + struct.pack("<I", 0)
+    head = head.ljust(200, b"\0") + struct.pack("<HHH", 16, 16, 16)
+    path.write_bytes(head.ljust(256, b"\0") + np.full((side, side, 3), value, "<u2").tobytes())
+
+
+def deep_png(path: Path, value: int, kind: int) -> None:
+    """A PNG of 16 bits a channel (kind 2, colours) or of 8 (kind 0, grey)."""
+    side, row = 4, value.to_bytes(2, "big") * 3 * 4 if kind == 2 else bytes([value]) * 4
+
+    def chunk(name: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+
+    head = struct.pack(">IIBBBBB", side, side, 16 if kind == 2 else 8, kind, 0, 0, 0)
+    rows = zlib.compress((b"\0" + row) * side)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", rows) + chunk(b"IEND", b""))
+
+
+def half_exr(path: Path, value: float) -> None:
+    """An OpenEXR picture of halves, one colour, without compression."""
+    side = 4
+
+    def attribute(name: str, kind: str, data: bytes) -> bytes:
+        return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<I", len(data)) + data
+
+    channels = b"".join(c + b"\0" + struct.pack("<IB3xII", 1, 0, 1, 1) for c in (b"B", b"G", b"R")) + b"\0"
+    window = struct.pack("<4i", 0, 0, side - 1, side - 1)
+    head = struct.pack("<II", 20000630, 2) + attribute("channels", "chlist", channels)
+    head += attribute("compression", "compression", b"\0") + attribute("dataWindow", "box2i", window)
+    head += attribute("displayWindow", "box2i", window) + attribute("lineOrder", "lineOrder", b"\0")
+    head += attribute("pixelAspectRatio", "float", struct.pack("<f", 1)) + attribute("screenWindowCenter", "v2f", bytes(8))
+    head += attribute("screenWindowWidth", "float", struct.pack("<f", 1)) + b"\0"
+    row = np.full(3 * side, value, "<f2").tobytes()
+    first = len(head) + 8 * side
+    table = b"".join(struct.pack("<Q", first + y * (8 + len(row))) for y in range(side))
+    path.write_bytes(head + table + b"".join(struct.pack("<iI", y, len(row)) + row for y in range(side)))
+
+
+PICTURES = {
+    "colours.png": lambda path: Image.new("RGB", (4, 4), (188, 188, 188)).save(path),
+    "deep.png": lambda path: deep_png(path, 188 * 257, 2),
+    "grey.png": lambda path: deep_png(path, 188, 0),
+    "deep.tif": lambda path: deep_tiff(path, 188 * 257),
+    "half.exr": lambda path: half_exr(path, 188 / 255),
+}
+
+
+@pytest.mark.parametrize("space", ["sRGB", "raw", "auto", None])
+@pytest.mark.parametrize("name", sorted(PICTURES))
+def test_spaces_of_pictures(tmp_path, imported, name, space):
+    """`sRGB` and `raw` hold for each kind; by `auto` pictures of 8 bits and three channels are sRGB, and others as they are."""
+    of = stage(tmp_path / "part.usda")
+    PICTURES[name](tmp_path / name)
+    mesh = cube(of, "/part")
+    UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", TYPES.TexCoord2fArray, "vertex").Set([(0.5, 0.5)] * 8)
+    made, shader = material(of, "/looks/photo")
+    picture = UsdShade.Shader.Define(of, "/looks/photo/picture")
+    picture.CreateIdAttr("UsdUVTexture")
+    picture.CreateInput("file", TYPES.Asset).Set(f"./{name}")
+    if space:
+        picture.CreateInput("sourceColorSpace", TYPES.Token).Set(space)
+    shader.CreateInput("diffuseColor", TYPES.Color3f).ConnectToSource(picture.ConnectableAPI(), "rgb")
+    bind(mesh, made)
+    of.Save()
+    is_srgb = space == "sRGB" or (space != "raw" and name == "colours.png")
+    grey = 188 if is_srgb else srgb(188 / 255)
+    seen = imported(tmp_path / "part.usda").look(2, 2, 3.75)
+    assert like(seen, [grey] * 3), (seen, grey)
 
 
 def test_materials_of_subsets(tmp_path, imported):

@@ -34,6 +34,18 @@ std::string wrap_text(const std::array<mesh::PictureWrap, 2>& wrap) {
     return fmt::format(", \"wrap\": [\"{}\", \"{}\"]", u, v);
 }
 
+const char* space_text(mesh::PictureUse::Space space) {
+    switch (space) {
+        case mesh::PictureUse::Space::kSrgb:
+            return ", \"space\": \"srgb\"";
+        case mesh::PictureUse::Space::kLinear:
+            return ", \"space\": \"linear\"";
+        case mesh::PictureUse::Space::kOwn:
+            break;
+    }
+    return "";
+}
+
 /// Whether a picture may have alpha; those of the usual kinds that have none are known.
 bool may_have_alpha(std::string_view bytes) {
     if (bytes.starts_with("\xff\xd8")) return false;  // JPEG
@@ -78,13 +90,13 @@ std::string ImportPictures::add(const mesh::PictureUse& use, bool luminance,
     }
     const bool opaque = !luminance && use.alpha == mesh::PictureUse::Alpha::kOpaque &&
                         may_have_alpha(**found->second);
-    return add_as(use.name, *found->second, Way{use.wrap, opaque, use.nearest && !luminance},
-                  luminance);
+    return add_as(use.name, *found->second,
+                  Way{use.wrap, opaque, use.nearest && !luminance, use.space}, luminance);
 }
 
 std::string ImportPictures::add(const std::string& name, const SharedBytes& bytes,
                                 const std::array<mesh::PictureWrap, 2>& wrap, bool luminance) {
-    return add_as(name, bytes, Way{wrap, false, false}, luminance);
+    return add_as(name, bytes, Way{.wrap = wrap}, luminance);
 }
 
 std::string ImportPictures::add_as(const std::string& name, const SharedBytes& bytes,
@@ -100,8 +112,9 @@ std::string ImportPictures::add_as(const std::string& name, const SharedBytes& b
             files_.push_back({file->second, bytes});
         }
         lines_.push_back(fmt::format(
-            "{}: {{\"file\": {}{}{}{}}}", json_string(texture), json_string(file->second),
+            "{}: {{\"file\": {}{}{}{}{}}}", json_string(texture), json_string(file->second),
             wrap_text(way.wrap), way.nearest ? ", \"filter\": \"nearest\"" : "",
+            luminance ? "" : space_text(way.space),
             luminance    ? ", \"space\": \"data\", \"channels\": \"luminance\""
             : way.opaque ? ", \"channels\": \"opaque\""
                          : ""));

@@ -63,6 +63,7 @@ class ImportPictures {
     struct Way {
         std::array<mesh::PictureWrap, 2> wrap{};
         bool opaque = false, nearest = false;
+        mesh::PictureUse::Space space = mesh::PictureUse::Space::kOwn;
         auto operator<=>(const Way&) const = default;
     };
 

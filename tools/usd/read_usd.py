@@ -52,13 +52,46 @@ def word(text):
     return "".join(c if c > " " else "_" for c in text)
 
 
-def values_of(prim, name):
-    """The values of a primvar and by what they are counted."""
+def values_of(prim, name, instance=None):
+    """The values of a primvar and by what they are counted; those of its instance where nothing of the prototype has some."""
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
+    if instance:
+        root, own = instance
+        inner = primvar and primvar.HasValue() and primvar.GetAttr().GetPrim().GetPath().HasPrefix(root)
+        if name in own and not inner:
+            return own[name], "constant"
     if not primvar or not primvar.HasValue():
         return None, ""
     values = primvar.ComputeFlattened(TIME)
     return (values, primvar.GetInterpolation()) if values else (None, "")
+
+
+def values_of_instances(prim):
+    """The primvars of a PointInstancer: the values of an instance by its number, as those of points."""
+    found = {}
+    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues():
+        values, size = primvar.ComputeFlattened(TIME), max(primvar.GetElementSize(), 1)
+        if primvar.GetInterpolation() in ("constant", "uniform"):
+            found[primvar.GetPrimvarName()] = lambda i, values=values: values
+        elif values:
+            found[primvar.GetPrimvarName()] = lambda i, values=values, size=size: values[i * size : (i + 1) * size]
+    return lambda i: {name: of(i) for name, of in found.items() if of(i)}
+
+
+def space_of(picture, stated):
+    """What a picture's numbers are, for its line in the library: stated, or by UsdUVTexture's rule where the picture says nothing."""
+    if stated in ("raw", "sRGB"):
+        return "linear" if stated == "raw" else "srgb"
+    if picture.startswith(b"\x89PNG") and not re.search(rb"iCCP|sRGB|gAMA|cICP", picture[: picture.find(b"IDAT")]):
+        return "linear" if picture[24] == 16 or picture[25] in (0, 4) else None  # deep or grey: as they are
+    return None
+
+
+def material_of(prim):
+    """The material that a renderer without time to spare shows, which is that of its UsdPreviewSurface; and that for finished pictures, if it is another."""
+    api = UsdShade.MaterialBindingAPI(prim)
+    preview, full = (api.ComputeBoundMaterial(purpose)[0] for purpose in (UsdShade.Tokens.preview, UsdShade.Tokens.full))
+    return preview or full, full if preview and full and preview.GetPath() != full.GetPath() else None
 
 
 def at(values, kind, face, corner, vertex):
@@ -83,11 +116,11 @@ class Look:
 
     def __init__(self, name):
         self.name, self.color, self.opacity = name, None, 1.0
-        self.picture, self.clamps, self.primvar = None, False, None
+        self.picture, self.clamps, self.primvar, self.space = None, False, None, None
         self.moves = (1.0, 1.0, 0.0, 0.0, 0.0)  # scale in u and v, turn in degrees, shift in u and v
 
     def key(self):
-        return (self.name, self.color, self.opacity, self.picture, self.clamps)
+        return (self.name, self.color, self.opacity, self.picture, self.clamps, self.space)
 
 
 class Reader:
@@ -98,7 +131,7 @@ class Reader:
         self.y_up = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y
         self.obj, self.library, self.faces = [], [], 0
         self.vertices, self.coordinates, self.shapes = 0, 0, []
-        self.materials, self.pictures, self.names = {}, {}, {}
+        self.materials, self.pictures, self.bytes, self.names = {}, {}, {}, {}
 
     # Looks
 
@@ -122,6 +155,7 @@ class Reader:
         bytes_of = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path))
         with open(os.path.join(os.path.dirname(self.output), name), "wb") as copy:
             copy.write(bytes_of.GetBuffer())
+        self.bytes[name] = bytes(bytes_of.GetBuffer()[:100_000])
         self.pictures[path] = name
         return name
 
@@ -138,8 +172,7 @@ class Reader:
             value = source_of(shader, change)[1]
             if value is not None and tuple(value) != usual:
                 self.notes.add(f"the {change} of a picture's values is left out", prim)
-        if (source_of(shader, "sourceColorSpace")[1] or "auto") == "raw":
-            self.notes.add("a picture that is linear light (`raw`) is taken as sRGB", prim)
+        look.space = space_of(self.bytes[name], source_of(shader, "sourceColorSpace")[1])
         reader = source_of(shader, "st")[0]
         if reader and reader.GetIdAttr().Get() == "UsdTransform2d":
             scale = source_of(reader, "scale")[1] or (1, 1)
@@ -148,7 +181,10 @@ class Reader:
             reader = source_of(reader, "in")[0]
         look.primvar = (source_of(reader, "varname")[1] if reader else None) or "st"
 
-    def look_of(self, bound, prim):
+    def look_of(self, prim):
+        bound, finished = material_of(prim)
+        if finished:
+            self.notes.add(f"`{bound.GetPath()}`, its material for previews, counts, and not `{finished.GetPath()}`", prim)
         if not bound:
             return None
         look = Look(bound.GetPrim().GetName())
@@ -187,7 +223,8 @@ class Reader:
             r, g, b = look.color or (1.0, 1.0, 1.0)
             self.library.append(f"newmtl {name}\nKd {r:.9g} {g:.9g} {b:.9g}\nd {look.opacity:.9g}\n")
             if look.picture:
-                self.library.append(f"map_Kd {'-clamp on ' if look.clamps else ''}{look.picture}\n")
+                ways = ("-clamp on " if look.clamps else "") + (f"-colorspace {look.space} " if look.space else "")
+                self.library.append(f"map_Kd {ways}{look.picture}\n")
         return self.materials[key]
 
     # Shapes
@@ -205,7 +242,7 @@ class Reader:
         x, y, z = (c * self.mm for c in p)
         return (x, -z, y) if self.y_up else (x, y, z)
 
-    def add_mesh(self, prim, place, name):
+    def add_mesh(self, prim, place, name, instance):
         mesh = UsdGeom.Mesh(prim)
         points = mesh.GetPointsAttr().Get(TIME) or []
         counts = mesh.GetFaceVertexCountsAttr().Get(TIME) or []
@@ -219,19 +256,18 @@ class Reader:
         if prim.HasAPI("SkelBindingAPI"):
             self.notes.add("a shape with a skeleton is printed as it was modelled", prim)
         turned = (mesh.GetOrientationAttr().Get(TIME) == "leftHanded") != (place.GetDeterminant() < 0)
-        api = UsdShade.MaterialBindingAPI(prim)
-        whole = self.look_of(api.ComputeBoundMaterial()[0], prim)
+        whole = self.look_of(prim)
         looks, sets = {}, {}
-        for subset in api.GetMaterialBindSubsets():
-            own = self.look_of(UsdShade.MaterialBindingAPI(subset.GetPrim()).ComputeBoundMaterial()[0], subset.GetPrim())
+        for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
+            own = self.look_of(subset.GetPrim())
             for face in subset.GetIndicesAttr().Get(TIME) or []:
                 looks[face] = own or whole
-        if values_of(prim, "displayOpacity")[0] is not None:
+        if values_of(prim, "displayOpacity", instance)[0] is not None:
             self.notes.add("an opacity of points or faces (`displayOpacity`) is left out", prim)
-        colors, kind = values_of(prim, "displayColor")
+        colors, kind = values_of(prim, "displayColor", instance)
         placed = [self.point(place.Transform(Gf.Vec3d(p))) for p in points]
         lines, known, uv_known, current = [f"o {name}\n"], {}, {}, None
-        painted, rest, is_plain = Look("displayColor"), Look("default"), self.is_plain(prim)
+        painted, rest, is_plain = Look("displayColor"), Look("default"), self.is_plain(prim, instance)
         corner = 0
         for face, count in enumerate(counts):
             corners = list(range(corner, corner + count))
@@ -245,7 +281,7 @@ class Reader:
                 lines.append(f"usemtl {self.material(shown)}\n")
                 current = shown
             if look and look.picture and look.primvar not in sets:
-                sets[look.primvar] = values_of(prim, look.primvar)
+                sets[look.primvar] = values_of(prim, look.primvar, instance)
             uvs, uv_kind = sets[look.primvar] if look and look.picture else (None, "")
             if look and look.picture and uvs is None:
                 self.notes.add(f"a picture's coordinates `{look.primvar}` are not there", prim)
@@ -273,10 +309,10 @@ class Reader:
         self.obj += lines
 
     @staticmethod
-    def is_plain(prim):
+    def is_plain(prim, instance):
         """Whether no face has a material or a colour."""
-        api = UsdShade.MaterialBindingAPI(prim)
-        return not api.ComputeBoundMaterial()[0] and not api.GetMaterialBindSubsets() and values_of(prim, "displayColor")[0] is None
+        subsets = UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets()
+        return not material_of(prim)[0] and not subsets and values_of(prim, "displayColor", instance)[0] is None
 
     @staticmethod
     def moved(moves, uv):
@@ -285,17 +321,23 @@ class Reader:
         cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
         return (u * cos - v * sin + right, u * sin + v * cos + up)
 
-    def add(self, root, outer=None, prefix=""):
-        """Adds what is below a prim; `outer` places it where its own place in the scene does not count."""
+    def add(self, root, outer=None, prefix="", shown=None):
+        """Adds what is below a prim; `outer` places it where its own place in the scene does not count, and `shown` are
+        the primvars of the instance that it is."""
+        instance = (root.GetPath(), shown) if shown else None
         above = self.places.GetParentToWorldTransform(root).GetInverse() if outer is not None else Gf.Matrix4d(1)
-        walk = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies()))
+        # Prototypes may be classes, or `over` what is not there, which are not shown where they stand.
+        shows = Usd.PrimIsActive & Usd.PrimIsLoaded if outer is not None else Usd.PrimDefaultPredicate
+        walk = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies(shows)))
         for prim in walk:
             image = UsdGeom.Imageable(prim)
             if image and image.ComputeVisibility(TIME) == UsdGeom.Tokens.invisible:
                 self.notes.add("what is invisible is left out", prim)
                 walk.PruneChildren()
                 continue
-            if image and image.ComputePurpose() in (UsdGeom.Tokens.proxy, UsdGeom.Tokens.guide):
+            purpose = image.ComputePurpose() if image else ""
+            if purpose in (UsdGeom.Tokens.proxy, UsdGeom.Tokens.guide):
+                self.notes.add(f"what has the purpose `{purpose}` is not printed", prim)
                 walk.PruneChildren()
                 continue
             place = self.places.GetLocalToWorldTransform(prim) * above
@@ -303,27 +345,27 @@ class Reader:
                 place = place * outer
             if prim.IsA(UsdGeom.PointInstancer):
                 walk.PruneChildren()
-                self.add_instances(UsdGeom.PointInstancer(prim), place, prefix)
+                self.add_instances(UsdGeom.PointInstancer(prim), place, prefix, shown or {})
             elif prim.IsA(UsdGeom.Mesh):
-                self.shapes.append((prim, place, self.name(f"{prefix}{prim.GetPath()}")))
+                self.shapes.append((prim, place, self.name(f"{prefix}{prim.GetPath()}"), instance))
             elif prim.IsA(UsdGeom.Gprim):
                 self.notes.add(f"`{prim.GetTypeName()}` is no mesh and is left out", prim)
 
-    def add_instances(self, instancer, place, prefix):
+    def add_instances(self, instancer, place, prefix, shown):
         prototypes = [self.stage.GetPrimAtPath(p) for p in instancer.GetPrototypesRel().GetForwardedTargets()]
         of = instancer.GetProtoIndicesAttr().Get(TIME) or []
         places = instancer.ComputeInstanceTransformsAtTime(TIME, TIME, UsdGeom.PointInstancer.ExcludeProtoXform)
-        mask = instancer.ComputeMaskAtTime(TIME)
-        if mask:
-            of = [p for p, shown in zip(of, mask) if shown]
-        for i, (prototype, own) in enumerate(zip(of, places)):
-            self.add(prototypes[prototype], own * place, f"{prefix}{instancer.GetPath()}/{i}")
+        mask = instancer.ComputeMaskAtTime(TIME) or [True] * len(of)
+        left = [i for i, is_there in enumerate(mask) if is_there]
+        values = values_of_instances(instancer)
+        for i, own in zip(left, places):
+            self.add(prototypes[of[i]], own * place, f"{prefix}{instancer.GetPath()}/{i}", {**shown, **values(i)})
 
     def write(self, output):
         self.output = output
         self.add(self.stage.GetPseudoRoot())
         # A material holds for all that follow.
-        for shape in sorted(self.shapes, key=lambda shape: not self.is_plain(shape[0])):
+        for shape in sorted(self.shapes, key=lambda shape: not self.is_plain(shape[0], shape[3])):
             self.add_mesh(*shape)
         if not self.faces:
             raise ValueError("no mesh with faces")

@@ -41,6 +41,7 @@ void pass(JailLine* line, PictureUse* use) {
     pass(line, &use->alpha);
     pass(line, &use->mask_from);
     pass(line, &use->nearest);
+    pass(line, &use->space);
 }
 
 void pass(JailLine* line, Look* look) {
@@ -179,7 +180,8 @@ bool makes_sense(const Look& look, size_t looks) {
     }
     return !look.picture || (is_one_of(look.picture->wrap[0], PictureWrap::kNone) &&
                              is_one_of(look.picture->wrap[1], PictureWrap::kNone) &&
-                             is_one_of(look.picture->alpha, PictureUse::Alpha::kMask));
+                             is_one_of(look.picture->alpha, PictureUse::Alpha::kMask) &&
+                             is_one_of(look.picture->space, PictureUse::Space::kLinear));
 }
 
 }  // namespace

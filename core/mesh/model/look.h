@@ -30,6 +30,8 @@ struct PictureUse {
     enum class Alpha { kOpaque, kBlend, kMask } alpha = Alpha::kBlend;
     double mask_from = 0.5;
     bool nearest = false;  ///< texels have hard edges
+    /// What its numbers are, where the file that uses it says so; kOwn: what the picture says.
+    enum class Space { kOwn, kSrgb, kLinear } space = Space::kOwn;
     auto operator<=>(const PictureUse&) const = default;
 };
 

@@ -49,6 +49,7 @@ struct MapStatement {
     std::string_view name;
     std::array<double, 2> scale{1, 1}, offset{0, 0};
     bool clamp = false;
+    PictureUse::Space space = PictureUse::Space::kOwn;
     std::vector<std::string_view> changes;  ///< options that change how it looks
 };
 
@@ -74,6 +75,10 @@ MapStatement read_map(std::string_view line) {
         const std::string_view shown = line.substr(0, option.size());
         if (option == "-clamp") {
             out.clamp = lower_ascii(std::string(take_first(&rest))) == "on";
+        } else if (option == "-colorspace") {  // of tinyobjloader, and of tools/usd
+            const std::string value = lower_ascii(std::string(take_first(&rest)));
+            if (value == "srgb") out.space = PictureUse::Space::kSrgb;
+            if (value == "linear") out.space = PictureUse::Space::kLinear;
         } else if (option == "-o") {
             const Rgb n = take_numbers(&rest, 0);
             out.offset = {n[0], n[1]};
@@ -276,6 +281,7 @@ class LibraryReader {
         use.source = (folder_.empty() ? named : folder_ / named).string();
         use.name = utf8_or_latin1(named.filename().string());
         if (opaque_) use.alpha = PictureUse::Alpha::kOpaque;
+        use.space = map.space;
         if (map.clamp) use.wrap = {PictureWrap::kClamp, PictureWrap::kClamp};
         now_.look.picture = std::move(use);
         now_.scale = map.scale;

@@ -102,6 +102,12 @@ TEST(ObjFeatures, OfMaterialLibraries) {
                         return picture(m).wrap[0] == PictureWrap::kClamp &&
                                picture(m).wrap[1] == PictureWrap::kClamp;
                     }),
+         of_library(
+             "space", "map_Kd -colorspace sRGB -clamp on a.tif\n", "",
+             [=](const MeshSource& m) { return picture(m).space == PictureUse::Space::kSrgb; }),
+         of_library(
+             "linear light", "map_Kd -colorspace linear a.png\n", "",
+             [=](const MeshSource& m) { return picture(m).space == PictureUse::Space::kLinear; }),
          of_library("offset and scale", "map_Kd -o 0.25 0.5 0 -s 2 4 1 a.png\n", "",
                     [=](const MeshSource& m) {
                         return near(value_at(m, "uv", 0, 2, 0), 2.25) &&
