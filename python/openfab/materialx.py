@@ -121,7 +121,7 @@ class Fablet:
         if displacement is not None:
             self.displace(document, displacement)
         for port in shader.getInputs():
-            if port.getName() not in (color, weight, opacity, through):
+            if port.getName() not in (color, weight, opacity, through, *self.about_alpha(shader)):
                 what = "is about light, not material" if LIGHT.search(port.getName()) else "has no place in a print"
                 looks.note(shader, f"`{port.getName()}` {what}; left out")
         self.textures = [one["uniform"] for one in looks.textures if one in looks.textures[first:] or self.uses(one["uniform"])]
@@ -152,13 +152,26 @@ class Fablet:
             self.looks.note(shader, "`alpha` is not used: `alpha_mode` is 0, opaque")
         return self.mode(shader) != 0
 
+    def about_alpha(self, shader: Any) -> tuple[str, ...]:
+        """Returns the inputs that say how an alpha counts; how a renderer shows what is between all and nothing is one of them."""
+        if shader.getCategory() == "UsdPreviewSurface":
+            return ("opacityMode", "opacityThreshold")
+        if shader.getCategory() != "gltf_pbr":
+            return ()
+        return ("alpha_mode", "alpha_cutoff") if self.mode(shader) == 1 else ("alpha_mode",)
+
     def cut_out(self, shader: Any) -> str:
-        if self.mode(shader) != 1:
+        """Returns the formula that makes all or nothing of an alpha; empty where it is blended."""
+        model = shader.getCategory()
+        if model not in ("gltf_pbr", "UsdPreviewSurface") or self.mode(shader) == 0:
             return ""
-        port = shader.getInput("alpha_cutoff")
+        name, usual = ("alpha_cutoff", 0.5) if model == "gltf_pbr" else ("opacityThreshold", 0.0)
+        port = shader.getInput(name)
         if port is not None and port.getValue() is None:
-            raise LooksError(f"{shader.getNamePath()}: `alpha_cutoff` has a wire; write its number")
-        return f"{{}} >= {literal(0.5 if port is None else port.getValue(), 'float')} ? 1.0 : 0.0"
+            raise LooksError(f"{shader.getNamePath()}: `{name}` has a wire; write its number")
+        least = usual if port is None else port.getValue()
+        masks = self.mode(shader) == 1 if model == "gltf_pbr" else least > 0
+        return f"{{}} >= {literal(least, 'float')} ? 1.0 : 0.0" if masks else ""
 
     def write(self, document: Any, shader: Any, port: str, kind: str, name: str, after: str = "") -> None:
         """Writes a function of one input; `after` is a formula of its value."""

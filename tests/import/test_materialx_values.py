@@ -210,6 +210,19 @@ def test_alpha_of_gltf_is_what_its_mode_says(tmp_path, mode, alpha):
         assert returned(text, "opacity") == alpha
     else:
         assert any("`alpha` is not used" in note for note in notes)
+    # What decides is not left out; a limit without a mask is.
+    assert any("`alpha_cutoff`" in note for note in notes) == (mode != "1")
+    assert not any("`alpha_mode` has" in note for note in notes)
+
+
+@pytest.mark.parametrize("mode", ["0", "1"])
+@pytest.mark.parametrize("threshold, opacity", [(None, "0.3"), ("0", "0.3"), ("0.4", "0.3 >= 0.4 ? 1.0 : 0.0")])
+def test_a_threshold_of_a_preview_surface_is_a_mask(tmp_path, mode, threshold, opacity):
+    """As the library's graph has it: all where the opacity reaches a threshold above 0, whatever the mode."""
+    ports = [port("opacity", "float", 0.3), port("opacityMode", "integer", mode)] + ([port("opacityThreshold", "float", threshold)] if threshold else [])
+    text, notes = source(tmp_path, shaded("UsdPreviewSurface", *ports))
+    assert returned(text, "opacity") == opacity
+    assert not any("opacity" in note for note in notes)
 
 
 def test_the_weight_is_that_of_the_model_s_version(tmp_path):
