@@ -23,9 +23,8 @@ namespace {
 constexpr int64_t kMostPixels = 64'000'000;
 
 /// Decodes all pixels, and puts them where they are in the upright picture.
-Result<void> decode(tools::StillImage* image, const tools::Orientation& turned,
-                    std::vector<Rgb>* pixels) {
-    const tools::Decoder decoder(image->spec(), image->color(), {});
+Result<void> decode(tools::StillImage* image, const tools::Decoder& decoder,
+                    const tools::Orientation& turned, std::vector<Rgb>* pixels) {
     const int width = image->spec().width, height = image->spec().height;
     const int across = turned.swap ? height : width, down = turned.swap ? width : height;
     const bool grey = decoder.channels_in() < 3;
@@ -86,12 +85,13 @@ Result<Picture> Picture::read(const std::filesystem::path& file) {
         out.width_ = turned.swap ? spec.height : spec.width;
         out.height_ = turned.swap ? spec.width : spec.height;
         const tools::FileColor color = (*image)->color();
-        if (color.note != nullptr)
-            out.note_ = fmt::format(tools::messages::kNoteOnColors, file.string(), color.note);
+        const tools::Decoder decoder(spec, color, {});
+        if (decoder.note() != nullptr)
+            out.note_ = fmt::format(tools::messages::kNoteOnColors, file.string(), decoder.note());
         out.input_white_ = white_of_input(color.profile);
         out.by_camera_ = spec.find_attribute("ExposureTime") != nullptr ||
                          spec.find_attribute("FNumber") != nullptr;
-        if (Result<void> read = decode(image->get(), turned, &out.pixels_); !read)
+        if (Result<void> read = decode(image->get(), decoder, turned, &out.pixels_); !read)
             return named(read.error());
         return out;
     } catch (const std::exception& e) {

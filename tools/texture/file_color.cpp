@@ -47,22 +47,22 @@ FileColor color_of_png(const InputFile& file, const OIIO::ImageSpec& spec) {
         if (const std::optional<RgbSpace> space = space_of(*says.code_points))
             return {Lab::kNone, *space, {}};
     }
-    const RgbSpace usual = srgb_with(Curve::kSrgb);
-    if (says.has_profile) {
-        if (std::vector<uint8_t> profile = profile_of(spec); !profile.empty())
-            return {Lab::kNone, usual, std::move(profile)};
-    }
-    if (says.is_srgb) return {Lab::kNone, usual, {}};
-    if (!says.gamma && !says.corners) {
-        FileColor color{Lab::kNone, usual, {}};
+    FileColor color{Lab::kNone, srgb_with(Curve::kSrgb), profile_of(spec)};
+    if (says.has_profile && !color.profile.empty()) return color;
+    color.profile.clear();
+    if (says.is_srgb) return color;
+    if (says.gamma || says.corners) {
+        const Chromaticities corners = says.corners.value_or(kSrgbChromaticities);
+        const std::optional<RgbSpace> space =
+            says.gamma ? RgbSpace::make(corners, Curve::kPower, 1 / *says.gamma)
+                       : RgbSpace::make(corners, Curve::kSrgb);
+        color.space = space.value_or(color.space);
+    } else {
         heed_exif(file, "png", &color);
-        return color;
     }
-    const Chromaticities corners = says.corners.value_or(kSrgbChromaticities);
-    const std::optional<RgbSpace> space =
-        says.gamma ? RgbSpace::make(corners, Curve::kPower, 1 / *says.gamma)
-                   : RgbSpace::make(corners, Curve::kSrgb);
-    return {Lab::kNone, space.value_or(usual), {}};
+    // One that libpng leaves out, as it does with damaged ones and those of inks.
+    if (says.has_profile) color.note = messages::kProfileUnused;
+    return color;
 }
 
 std::optional<RgbSpace> space_of_exr(const OIIO::ImageSpec& spec) {

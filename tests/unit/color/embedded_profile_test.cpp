@@ -6,6 +6,7 @@
 #include "tools/texture/embedded_profile.h"
 
 #include <OpenImageIO/imageio.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -15,8 +16,10 @@
 
 #include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/color/saved_profile.h"
 #include "tools/color/picture.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -94,6 +97,28 @@ TEST(EmbeddedProfile, PicturesAreReadByTheirs) {
     ASSERT_TRUE(wide) << wide.error().text();
     EXPECT_NEAR(wide->at(0, 0)[0], -0.3984, 2e-3);
     EXPECT_NEAR(wide->at(1, 0)[0], std::pow(128.0 / 255, 563.0 / 256), 1e-3);
+    EXPECT_EQ(wide->note(), "");
+}
+
+// `color read` takes photographs and scans as they are without a profile that is of other colours than theirs.
+TEST(EmbeddedProfile, OneThatIsNotUsedIsTold) {
+    const openfab::testing::TempFolder folder;
+    for (const std::string name : {"a.tif", "a.jpg"}) {
+        const std::string file = (folder.path() / name).string();
+        const std::vector<uint8_t> icc = saved(cmsCreateInkLimitingDeviceLink(cmsSigCmykData, 300));
+        OIIO::ImageSpec spec(1, 1, 3, OIIO::TypeDesc::UINT8);
+        spec.attribute("ICCProfile",
+                       OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(icc.size())),
+                       icc.data());
+        const std::array<uint8_t, 3> pixel = {128, 128, 128};
+        auto out = OIIO::ImageOutput::create(file);
+        ASSERT_TRUE(out->open(file, spec));
+        ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, pixel.data()));
+        ASSERT_TRUE(out->close());
+        const Result<color::Picture> picture = color::Picture::read(file);
+        ASSERT_TRUE(picture) << picture.error().text();
+        EXPECT_THAT(picture->note(), openfab::testing::Says(messages::kProfileUnused)) << name;
+    }
 }
 
 }  // namespace
