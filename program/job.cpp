@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "abi/kernel_call.h"
+#include "backends/formats/formats.h"
 #include "base/near_miss.h"
 #include "base/text.h"
 #include "mesh/load/load_mesh.h"
@@ -105,9 +106,11 @@ Result<void> check_known(const Vec3d& pitch_mm, const world::Printer& printer, w
     return {};
 }
 
-/// What has colours on its faces may have more of them than the machine has inks.
+/// What has colours on its faces may have more of them than the machine has inks; without an output that is what the
+/// machine takes.
 Result<void> check_materials(const world::World& world, const world::Printer& printer,
                              const backends::Format* format) {
+    if (format == nullptr) format = backends::find_format(printer.native_format);
     if (has_mesh_colors(format, printer) && !format->needs_mixtures) return {};
     const size_t most = static_cast<size_t>(printer.max_materials);
     if (world.materials.size() <= most) return {};

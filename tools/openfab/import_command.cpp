@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "backends/formats/formats.h"
 #include "base/input_file.h"
 #include "base/messages.h"
 #include "base/own_folder.h"
@@ -360,6 +361,16 @@ std::string memory_word(const ImportArguments& arguments) {
     return "--memory=" + (arguments.memory.empty() ? kUsual : arguments.memory);
 }
 
+/// The extension of a print: a mesh for a printer that makes voxels of its own.
+std::string extension_for(const std::string& printer) {
+    const Result<world::Printer> known = world::load_printer(printer);
+    const bool has_own = known && (known->mesh_colors || !known->knows_pitch());
+    const backends::Format* native =
+        has_own ? backends::find_format(known->native_format) : nullptr;
+    const bool is_mesh = native != nullptr && native->kind == backends::FormatKind::kMesh;
+    return is_mesh ? std::string(native->extension) : ".ofr";
+}
+
 /// Makes a 3MF file of the solids, in a folder that is removed, and goes on with that.
 Result<void> import_step(ImportArguments arguments) {
     std::optional<double> tolerance;
@@ -450,11 +461,12 @@ Result<void> run_import(ImportArguments arguments) {
     if (arguments.folder.empty()) return usage_error(messages::kNameTheFolder);
     const std::string stem = fs::path(arguments.file).stem().string();
     const bool is_scan = is_scan_file(arguments.file);
+    const std::string file = stem + extension_for(arguments.import.printer);
     const Result<fs::path> world = is_print  ? import_print(arguments)
                                    : is_scan ? import_scan(arguments)
                                              : import_mesh(std::move(arguments));
     if (!world) return world.error();
-    say(fmt::format(messages::kPrintIt, shell_word(world->string()), shell_word(stem + ".ofr")));
+    say(fmt::format(messages::kPrintIt, shell_word(world->string()), shell_word(file)));
     return {};
 }
 

@@ -199,7 +199,8 @@ TEST_F(Printers, HaveTheMixtureOrTellInEachFormat) {
 
 /// The colours of a file's faces, as it writes them.
 std::set<std::string> colors_of(const std::string& file) {
-    const Result<mesh::ZipFile> zip = mesh::ZipFile::open(read_file(file), file);
+    const std::string bytes = read_file(file);
+    const Result<mesh::ZipFile> zip = mesh::ZipFile::open(bytes, file);
     if (!zip) return {zip.error().text()};
     const Result<std::string> model = zip->read("3D/3dmodel.model");
     if (!model) return {model.error().text()};
@@ -258,6 +259,7 @@ TEST_F(Printers, ThatTakeColouredMeshesPrintMoreColoursThanInks) {
             const Outcome import = openfab({"import", path(stem + ".obj"), "-o", made(stem),
                                             "--printer", name, "--unit", "mm"});
             ASSERT_EQ(import.exit_code, 0) << import.err;
+            EXPECT_THAT(import.err, HasSubstr("-o " + stem + ".3mf"));
             const Outcome outcome =
                 openfab({"print", made(stem) + "/" + stem + ".fab.json", "--format", "3mf",
                          "--mesh-pitch", "0.5mm", "-o", made(stem + ".3mf")});
@@ -272,6 +274,9 @@ TEST_F(Printers, ThatTakeColouredMeshesPrintMoreColoursThanInks) {
                                         "--voxel", "0.5mm", "-o", made("many.ofr")});
         EXPECT_EQ(slices.exit_code, 1);
         EXPECT_THAT(slices.err, Says(program::messages::kTooManyMaterials, 8, name));
+        const Outcome estimate =
+            openfab({"print", made("many") + "/many.fab.json", "--estimate", "--voxel", "0.5mm"});
+        EXPECT_EQ(estimate.exit_code, 0) << estimate.err;
     }
 }
 
