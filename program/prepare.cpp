@@ -103,6 +103,11 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
         const int32_t slices = 8 * (options.threads.value_or(usable_cores()) + 1);
         ready.options.sink_bytes_per_column += (*format)->mixture_bytes_per_column(slices);
     }
+    if (hooks.rates) {
+        Result<pipeline::Rates> rates = hooks.rates(*job);
+        if (!rates) return rates.error();
+        ready.options.rates = std::move(*rates);
+    }
     for (const auto& effect : job->effects)
         ready.options.effects.push_back(effect.get());
     Result<std::unique_ptr<pipeline::PrintJob>> print =

@@ -27,6 +27,8 @@ struct PrintHooks {
     std::function<void(const Job& job)> loaded{};  ///< called with the job before the long set-up
     std::function<void(const std::string& line)> print_line{};  ///< takes lines of printf
     pipeline::FractionSink* fractions = nullptr;
+    /// Tells which derivatives `fractions` gets of a job whose volumes have them; empty: none.
+    std::function<Result<pipeline::Rates>(const Job& job)> rates{};
     /// Memory of sinks that the options do not name, for each voxel of a slice, and for each of its
     /// materials.
     int64_t sink_bytes_per_column = 0, sink_bytes_per_fraction = 0;

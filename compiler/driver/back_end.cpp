@@ -74,8 +74,12 @@ bool refuse_long_stages(const ir::Fablet& fablet, const passes::PipelineResult& 
     return true;
 }
 
-passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options) {
+passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options,
+                                  bool amounts_in_states) {
     passes::PipelineOptions pipeline;
+    pipeline.amounts_in_states = amounts_in_states;
+    // A block of one mixture has derivatives all the same.
+    if (amounts_in_states) pipeline.disabled.insert("form_volume_bounds");
     pipeline.disabled.insert(options.disabled.begin(), options.disabled.end());
     if (!options.dump_after.empty()) {
         pipeline.after = [&](const std::string& pass, const ir::Stage& stage,

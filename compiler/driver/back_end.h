@@ -11,7 +11,8 @@
 namespace openfab::driver {
 
 /// Runs the pipeline, with the requested dumps and times to stderr.
-passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options);
+passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options,
+                                  bool amounts_in_states = false);
 
 /// Reports a stage, or a dither rule, that is longer than what is compiled, where it gets too long;
 /// returns whether one is.

@@ -13,6 +13,7 @@
 #include "base/say.h"
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
+#include "compiler/driver/derivatives.h"
 #include "compiler/frontend/frontend.h"
 #include "compiler/interp/measure_distance.h"
 
@@ -67,7 +68,7 @@ bool are_short(const ir::Module& module, diag::Sink* sink, std::string* bug) {
 
 }  // namespace
 
-int check(const std::vector<std::string>& files, const CommonOptions& common) {
+int check(const std::vector<std::string>& files, bool derivatives, const CommonOptions& common) {
     int exit_code = kExitDone;
     source::SourceManager sources;
     for (const std::string& file : files) {
@@ -78,6 +79,8 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
             frontend::compile_to_ir(sources, file, own, &fault, {false});
         const bool ok = module && are_short(*module, &own, &bug);
         if (ok) measure_claims(*module, &own);
+        for (size_t k = 0; ok && derivatives && k < module->fablets.size(); ++k)
+            warn_of_jumps(module->fablets[k], &own);
         print_diagnostics(own, sources, common);
         if (!fault.empty()) {
             exit_code = std::max(exit_code, fail(fault, unread_exit_code(file)));

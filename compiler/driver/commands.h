@@ -27,8 +27,8 @@ constexpr int kExitBug = exit_code(ErrorCode::kInternal);
 /// user's mistake, anything else a failure of the outside world.
 int unread_exit_code(const std::filesystem::path& file);
 
-/// `check`: reports what is wrong with files.
-int check(const std::vector<std::string>& files, const CommonOptions& common);
+/// `check`: reports what is wrong with files; with `derivatives` also where fractions jump.
+int check(const std::vector<std::string>& files, bool derivatives, const CommonOptions& common);
 
 /// `fmt`: lays files out in one style, or with `check` says which are not. (format.cpp)
 int format_files(const FormatOptions& options, const CommonOptions& common);

@@ -14,6 +14,7 @@
 #include "abi/kernel_call.h"
 #include "base/hash.h"
 #include "base/say.h"
+#include "compiler/driver/derivatives.h"
 #include "compiler/frontend/frontend.h"
 
 namespace openfab::driver {
@@ -37,6 +38,7 @@ std::string time_line(const std::string& step, double seconds) {
 Compilation::Outcome Compilation::run() {
     Outcome out;
     run_front_end(&out);
+    if (out.code == kExitDone) take_derivatives(&out);
     if (out.code == kExitDone) out.code = schedules_.load(options_.back_end.schedules, isas());
     if (out.code == kExitDone) run_all_passes(&out);
     return out;
@@ -86,6 +88,18 @@ void Compilation::run_front_end(Outcome* out) {
     if (out->code == kExitDone) report_time("front end", seconds_since(begin));
 }
 
+/// Puts derivatives beside the amounts of the fablets that declare such uniforms.
+void Compilation::take_derivatives(Outcome* out) {
+    for (SourceUnit& unit : units_) {
+        for (ir::Fablet& fablet : unit.module.fablets) {
+            unit.directions.emplace_back();
+            if (options_.derivatives.empty()) continue;
+            if (!differentiate(options_.derivatives, &fablet, &unit.directions.back(), &out->sink))
+                out->code = kExitUserInput;
+        }
+    }
+}
+
 /// A world tells fablets of one name apart by the file names of their sources.
 void Compilation::refuse_equal_names(Outcome* out) {
     std::map<std::pair<std::string, std::string>, std::pair<size_t, const ir::Fablet*>> known;
@@ -123,8 +137,10 @@ void Compilation::run_all_passes(Outcome* out) {
         SourceUnit& unit = units_[k];
         const fs::path path = options_.files[k];
         unit.results.reserve(unit.module.fablets.size());
-        for (const ir::Fablet& fablet : unit.module.fablets) {
-            unit.results.push_back(run_passes(fablet, options_.back_end));
+        for (size_t n = 0; n < unit.module.fablets.size(); ++n) {
+            const ir::Fablet& fablet = unit.module.fablets[n];
+            const std::vector<int32_t>& directions = unit.directions[n];
+            unit.results.push_back(run_passes(fablet, options_.back_end, !directions.empty()));
             const passes::PipelineResult& result = unit.results.back();
             if (!result.fault.empty()) {
                 out->code = kExitBug;
@@ -135,7 +151,7 @@ void Compilation::run_all_passes(Outcome* out) {
                 out->code = kExitUserInput;
                 return;
             }
-            fablets_.push_back({&fablet, &result.stages, path.filename().string(), 0});
+            fablets_.push_back({&fablet, &result.stages, path.filename().string(), 0, directions});
         }
     }
     if (fablets_.empty()) {

@@ -56,10 +56,12 @@ class Compilation {
     struct SourceUnit {
         ir::Module module;
         std::vector<passes::PipelineResult> results;
+        std::vector<std::vector<int32_t>> directions;  ///< of each fablet
     };
 
     void run_front_end(Outcome* out);
     void refuse_equal_names(Outcome* out);
+    void take_derivatives(Outcome* out);
     void run_all_passes(Outcome* out);
     std::vector<openfab_isa> isas() const;
 

@@ -35,8 +35,13 @@ void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
         app.add_subcommand("check", "Check fablets and modules, and report errors and warnings");
     auto files = std::make_shared<std::vector<std::string>>();
     command->add_option("FILE.fl", *files, "OpenFL files")->required();
-    command->callback(
-        [files, &common, action] { *action = [files, &common] { return check(*files, common); }; });
+    auto derivatives = std::make_shared<bool>(false);
+    command->add_flag(
+        "--derivatives", *derivatives,
+        "warn where mixtures jump as uniforms change: there derivatives are those of one side");
+    command->callback([files, derivatives, &common, action] {
+        *action = [files, derivatives, &common] { return check(*files, *derivatives, common); };
+    });
 }
 
 void add_format(CLI::App& app, const CommonOptions& common, Action* action) {

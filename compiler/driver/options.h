@@ -44,6 +44,8 @@ struct CompilationOptions {
     bool time = false;            ///< seconds of each step to stderr
     bool enable_printf = false;   ///< compile `printf` and `assert` in
     std::optional<frontend::DitherRule> dither;  ///< of fablets without one
+    /// Uniforms by which the fractions are differentiated; a fablet has those that it declares.
+    std::vector<std::string> derivatives;
     BackEndOptions back_end;
 };
 

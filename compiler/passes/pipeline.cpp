@@ -170,14 +170,15 @@ SegmentedStage KernelStages::*segments_of(StageKind kind) {
 }
 
 Written cut(Work* work, Stage* stage) {
-    if (!needs_segments(*stage)) {
+    const bool in_states = work->options.amounts_in_states && stage->kind == StageKind::kVolume;
+    if (!in_states && !needs_segments(*stage)) {
         work->reason = "it has no loop, query or printf, and fits one kernel";
         return {};
     }
     SegmentedStage& out = work->stages.*segments_of(stage->kind);
     Stage live = *stage;
     ir::drop_dead_values(&live);
-    out = cut_segments(live);
+    out = cut_segments(live, kMaxSegmentOperations, in_states ? Amounts::kStates : Amounts::kLast);
     // What made it need segments may have been dead.
     if (out.steps.empty()) {
         work->reason = "what would need segments is not used";

@@ -25,6 +25,8 @@ struct PipelineOptions {
     size_t longest_bounds = 4000;
     /// Of a shape, without whose interval form all of its box is evaluated.
     size_t longest_shape_bounds = 16000;
+    /// Whether a volume is a program of segments that leaves its amounts in states (Amounts::kStates), as derivatives are.
+    bool amounts_in_states = false;
     /// Called after each pass on a stage, with the result, and why it did nothing or left something out, where it says so.
     std::function<void(const std::string& pass, const ir::Stage& stage, const std::string& reason)>
         after;

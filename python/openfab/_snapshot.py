@@ -36,9 +36,9 @@ class Snapshot:
         """The fields of Options through which a print finds it."""
         return {"input": str(self.path), "allow": list(self.allowed), "settings": list(self.settings)}
 
-    def program(self, enable_printf: bool = False) -> _core.Program:
-        """Returns the kernels of its fablets."""
-        return programs.find(self.sources, enable_printf, dither_rule(options_of(self.fields)))[0]
+    def program(self, enable_printf: bool = False, derivatives: tuple[str, ...] = ()) -> _core.Program:
+        """Returns the kernels of its fablets, with derivatives by uniforms of these names."""
+        return programs.find(self.sources, enable_printf, dither_rule(options_of(self.fields)), derivatives)[0]
 
 
 def allowed_by(folders: Iterable[Any], programs: bool) -> tuple[str, ...]:

@@ -251,18 +251,20 @@ class Programs:
 
     def find(
         self, sources: Iterable[Path], enable_printf: bool = False, rule: tuple[str, str] | None = None,
+        derivatives: tuple[str, ...] = (),
     ) -> tuple[_core.Program, bool]:
         """Returns the program for some sources, and whether it had to be compiled.
 
-        `rule` is the dither rule for fablets without their own: a file and a function in it.
+        `rule` is the dither rule for fablets without their own: a file and a function in it. `derivatives`
+        names uniforms by which fractions are differentiated.
         """
         files = tuple(str(source) for source in sources)
-        key = (files, enable_printf, rule, _stamps((*files, rule[0]) if rule else files))
+        key = (files, enable_printf, rule, derivatives, _stamps((*files, rule[0]) if rule else files))
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
                 return self._kept[key], False
-        program, said = _core.compile(list(files), enable_printf, rule)
+        program, said = _core.compile(list(files), enable_printf, rule, list(derivatives))
         check_diagnostics(said)
         assert program is not None
         with self._lock:

@@ -49,20 +49,23 @@ class Print:
         self, world: AnyWorld, fields: Mapping[str, Any], target: _core.Target, *, fractions: bool = False, output: str = "",
         uniforms: Mapping[str, Any] | None = None, window: tuple[float, ...] | None = None,
         enable_printf: bool = False, progress: Progress = False, names: Mapping[str, str] | None = None,
+        derivatives: Sequence[str] = (),
     ) -> None:
         claim_threads()
         self._world = world
         self._snapshot = snapshot(world, uniforms)  # whose files it reads
         self._names = {**self._snapshot.names, **(names or {})}
         options = options_of(self._snapshot.fields, fields)
-        program = self._snapshot.program(enable_printf)
-        self._core = _core.Print(program, options, target, fractions, output, window)
+        uniform_names = tuple(dict.fromkeys(name.rsplit(".", 1)[-1] for name in derivatives))
+        program = self._snapshot.program(enable_printf, uniform_names)
+        self._core = _core.Print(program, options, target, fractions, output, window, list(derivatives))
         self._progress = Bar(progress)
         self._info: PrintInfo | None = None
         self._closed = False
         self._is_of_the_parent = False
         self._taken = target != _core.Target.SLICES
         self._statistics: dict[str, Any] | None = None
+        self._rates: NDArray[np.float32] | None = None  # derivatives (y, x, column, material) of the last slice
         self.thumbnails: list[tuple[int, NDArray[np.uint8]]] = []
         """Some slices at a reduced size, for notebooks."""
         _running.add(self)
@@ -104,7 +107,8 @@ class Print:
             first, end = info.slices
             step = max(1, -(-(end - first) // _MOST_THUMBNAILS))
             while (item := self._next()) is not None:
-                one = Slice(*item)
+                one = Slice(*item[:3])
+                self._rates = item[3]
                 if (one.z - first) % step == 0:
                     self.thumbnails.append((one.z, smaller(one.codes)))
                 self._progress.show(one.z + 1 - first, end - first)
@@ -171,7 +175,9 @@ class Print:
             self.close()
             raise
 
-    def _next(self) -> tuple[int, NDArray[np.uint8], NDArray[np.float32] | None] | None:
+    def _next(
+        self,
+    ) -> tuple[int, NDArray[np.uint8], NDArray[np.float32] | None, NDArray[np.float32] | None] | None:
         while not self._closed:
             item = self._core.next(_STEP_SECONDS)
             self._tell()

@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -36,12 +37,17 @@ class Samples:
         The size of a voxel along x, y and z, in mm.
     materials : tuple of PrintMaterial
         The materials of the last axis.
+    jacobian : mapping of str to ndarray of float32, shape (z, y, x, material, ...)
+        By name of a uniform the derivatives of the fractions, one for each of its numbers; the last axes are those of
+        the uniform: none for a `float`, (3,) for a `float3`, (2, 2) for a `float2x2`, an array's before. In 1 per unit of
+        the uniform.
     """
 
     fractions: NDArray[np.float32]
     origin_mm: tuple[float, float, float]
     pitch_mm: tuple[float, float, float]
     materials: tuple[PrintMaterial, ...]
+    jacobian: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
 
     def at(self, points: ArrayLike) -> NDArray[np.float32]:
         """Looks up the mixtures at points.
@@ -103,10 +109,13 @@ class PointSamples:
         The share of each material in the voxel that contains the point; the rest up to 1 is void.
     materials : tuple of PrintMaterial
         The materials of the last axis.
+    jacobian : mapping of str to ndarray of float32, shape (..., material, ...)
+        By name of a uniform the derivatives of the fractions, as in `Samples`.
     """
 
     fractions: NDArray[np.float32]
     materials: tuple[PrintMaterial, ...]
+    jacobian: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
 
     def mean(self, values: Mapping[str, float], void: float = 0.0) -> NDArray[np.float64]:
         """Averages a property of materials, weighted by their amounts.
@@ -151,7 +160,8 @@ def sample(
     box: tuple[Sequence[Real], Sequence[Real]] | None = None,
     *,
     voxel: Real | str | Sequence[Real],
-    sampling: Literal["volume", "centre"] = "volume",
+    sampling: Literal["volume", "centre"] | None = None,
+    jacobian: str | Sequence[str] = (),
     uniforms: Mapping[str, Any] | None = None,
     memory: Whole | str | None = None,
     threads: Whole | None = None,
@@ -173,7 +183,13 @@ def sample(
         The size of a voxel in mm: one, or three for x, y and z.
     sampling : {"volume", "centre"}, optional
         Whether a voxel larger than the printer's gets the mean over its volume, which takes as long as a print, or the
-        mixture at its centre, which misses details smaller than the voxel.
+        mixture at its centre, which misses details smaller than the voxel. Default: `volume`, and `centre` with a
+        `jacobian`, which knows no other.
+    jacobian : str or sequence of str, optional
+        Uniforms by which the fractions are differentiated, too, as `OBJECT.UNIFORM`: floats, their vectors, matrices and
+        arrays, of at most 16 numbers in each fablet. A step or a branch has the derivative of what it takes, so that a
+        fraction that jumps has the derivative 0: `openflc check --derivatives` says where. All placements of the object
+        count.
     uniforms : mapping of str to Any, optional
         Values to use instead, such as `{"ball.skin": 1.5}`.
     memory : int or str, optional
@@ -195,6 +211,7 @@ def sample(
     CompileError
         If a fablet does not compile.
     """
+    by, sampling = _asked(jacobian, sampling)
     fields = fields_of(voxel=voxel, memory=memory, threads=threads, support=False, sampling=sampling)
     window: tuple[float, ...] | None = None
     if box is not None:
@@ -204,17 +221,24 @@ def sample(
             raise InputError(f"the box {short(box)} is none; give its lowest and its highest corner")
         window = (*low, *high)
     with Print(
-        world, fields, _core.Target.SLICES, fractions=True, uniforms=uniforms, window=window, progress=progress
+        world, fields, _core.Target.SLICES, fractions=True, uniforms=uniforms, window=window, progress=progress,
+        derivatives=by,
     ) as running:
         info = running.info
         out: NDArray[np.float32] | None = None
+        rates: NDArray[np.float32] | None = None
         for one in running:
             assert one.fractions is not None
             if out is None:
                 out = np.empty((info.size[2], *one.fractions.shape), np.float32)
             out[one.z] = one.fractions
+            if running._rates is not None:
+                if rates is None:
+                    rates = np.empty((info.size[2], *running._rates.shape), np.float32)
+                rates[one.z] = running._rates
+        columns = running._core.rate_columns
     assert out is not None
-    return Samples(out, info.origin_mm, info.pitch_mm, info.materials[: out.shape[-1]])
+    return Samples(out, info.origin_mm, info.pitch_mm, info.materials[: out.shape[-1]], _by_name(rates, columns))
 
 
 def sample_at(
@@ -222,7 +246,8 @@ def sample_at(
     points: ArrayLike,
     *,
     voxel: Real | str | Sequence[Real],
-    sampling: Literal["volume", "centre"] = "volume",
+    sampling: Literal["volume", "centre"] | None = None,
+    jacobian: str | Sequence[str] = (),
     uniforms: Mapping[str, Any] | None = None,
     memory: Whole | str | None = None,
     threads: Whole | None = None,
@@ -241,6 +266,8 @@ def sample_at(
     voxel : float, str or sequence of 3 floats
         The size of a voxel in mm: one, or three for x, y and z.
     sampling : {"volume", "centre"}, optional
+        As for `sample`.
+    jacobian : str or sequence of str, optional
         As for `sample`.
     uniforms : mapping of str to Any, optional
         Values to use instead, such as `{"ball.skin": 1.5}`.
@@ -264,16 +291,21 @@ def sample_at(
     given = floats(points, "`points`", np.float64)
     if given.shape[-1:] != (3,) or not given.size:
         raise InputError(f"`points` has the shape {given.shape}; it should be (..., 3), with one point at least")
+    by, sampling = _asked(jacobian, sampling)
     fields = fields_of(voxel=voxel, memory=memory, threads=threads, support=False, sampling=sampling)
     pitch = np.full(3, fields["voxel_mm"]) if "voxel_mm" in fields else np.array([*(25.4 / np.array(fields["dpi"])), fields["layer_mm"]])
     flat = given.reshape(-1, 3)
     out: NDArray[np.float32] | None = None
+    rates: NDArray[np.float32] | None = None
+    columns: Sequence[tuple[str, int, int, int, str]] = ()
     materials: tuple[PrintMaterial, ...] = ()
     for some in _neighbours(flat, pitch, np.arange(len(flat)))[1]:
         own = flat[some]
         # Points in the faces of voxels are within the box, too.
         window = (*(own.min(axis=0) - _MARGIN * pitch), *(own.max(axis=0) + _MARGIN * pitch))
-        with Print(world, fields, _core.Target.SLICES, fractions=True, uniforms=uniforms, window=window) as running:
+        with Print(
+            world, fields, _core.Target.SLICES, fractions=True, uniforms=uniforms, window=window, derivatives=by
+        ) as running:
             info = running.info
             place = np.floor((own - info.origin_mm) / info.pitch_mm).astype(np.int64)
             for one in running:
@@ -283,8 +315,45 @@ def sample_at(
                     materials = info.materials[: out.shape[-1]]
                 here = (place[:, 2] == one.z) & np.all((place[:, :2] >= 0) & (place[:, :2] < info.size[:2]), axis=1)
                 out[some[here]] = one.fractions[place[here, 1], place[here, 0]]
+                if running._rates is not None:
+                    if rates is None:
+                        rates = np.zeros((len(flat), *running._rates.shape[2:]), np.float32)
+                    rates[some[here]] = running._rates[place[here, 1], place[here, 0]]
+            columns = running._core.rate_columns
     assert out is not None
-    return PointSamples(out.reshape(*given.shape[:-1], -1), materials)
+    if rates is not None:
+        rates = rates.reshape(*given.shape[:-1], *rates.shape[1:])
+    return PointSamples(out.reshape(*given.shape[:-1], -1), materials, _by_name(rates, columns))
+
+
+def _asked(
+    jacobian: str | Sequence[str], sampling: Literal["volume", "centre"] | None
+) -> tuple[tuple[str, ...], Literal["volume", "centre"]]:
+    """Returns the names of uniforms, each once, and the sampling."""
+    names = (jacobian,) if isinstance(jacobian, str) else tuple(dict.fromkeys(jacobian))
+    for name in names:
+        if not isinstance(name, str) or "." not in name:
+            raise InputError(f"`jacobian` cannot be {short(name)}; name uniforms, as `OBJECT.UNIFORM`")
+    if names and sampling == "volume":
+        raise InputError(
+            "a `jacobian` is one at the voxels' centres, not of means over their volumes",
+            help="leave `sampling` out, or sample with voxels of the printer's size",
+        )
+    return names, sampling or ("centre" if names else "volume")
+
+
+def _by_name(
+    rates: NDArray[np.float32] | None, columns: Sequence[tuple[str, int, int, int, str]]
+) -> dict[str, NDArray[np.float32]]:
+    """Takes derivatives (..., column, material) apart, by uniform."""
+    out: dict[str, NDArray[np.float32]] = {}
+    for name, first, components, count, declared in columns:
+        assert rates is not None
+        matrix = re.search(r"([2-4])x([2-4])$", declared)
+        of_one = tuple(map(int, matrix.groups())) if matrix else (components,) if components > 1 else ()
+        own = np.moveaxis(rates[..., first : first + components * count, :], -2, -1)
+        out[name] = own.reshape(*own.shape[:-1], *((count,) if count > 1 else ()), *of_one)
+    return out
 
 
 # In voxels, what setting up one more box costs.

@@ -78,10 +78,11 @@ Result<std::array<double, 3>> mesh_size(const std::filesystem::path& file,
 
 using Codes = nb::ndarray<nb::numpy, const uint8_t, nb::ndim<2>>;
 using Fractions = nb::ndarray<nb::numpy, const float, nb::ndim<3>>;
+using Rates = nb::ndarray<nb::numpy, const float, nb::ndim<4>>;
 using Rgba = nb::ndarray<nb::numpy, const uint8_t, nb::ndim<3>>;
 
-/// z, codes, fractions.
-using SliceTuple = std::tuple<int32_t, Codes, std::optional<Fractions>>;
+/// z, codes, fractions, derivatives (y, x, column, material).
+using SliceTuple = std::tuple<int32_t, Codes, std::optional<Fractions>, std::optional<Rates>>;
 
 std::optional<SliceTuple> next_slice(Print& print, double seconds) {
     std::optional<Slice> slice;
@@ -98,8 +99,14 @@ std::optional<SliceTuple> next_slice(Print& print, double seconds) {
             array_of<Fractions>(std::move(slice->fractions),
                                 {height, width, static_cast<size_t>(print.fraction_materials())});
     }
+    std::optional<Rates> rates;
+    if (!slice->rates.empty()) {
+        rates = array_of<Rates>(std::move(slice->rates),
+                                {height, width, static_cast<size_t>(print.rate_count()),
+                                 static_cast<size_t>(print.fraction_materials())});
+    }
     return SliceTuple{slice->z, array_of<Codes>(std::move(slice->codes), {height, width}),
-                      std::move(fractions)};
+                      std::move(fractions), std::move(rates)};
 }
 
 std::vector<Rgba> pictures_of(const Print& print) {
@@ -123,12 +130,13 @@ using Compiled = std::tuple<std::shared_ptr<const Program>, Diagnostics>;
 using Rule = std::pair<std::string, std::string>;
 
 Compiled compile_files(const std::vector<std::string>& files, bool enable_printf,
-                       const std::optional<Rule>& rule) {
+                       const std::optional<Rule>& rule,
+                       const std::vector<std::string>& derivatives) {
     const nb::gil_scoped_release released;
     Diagnostics said;
     std::optional<frontend::DitherRule> dither;
     if (rule) dither = {rule->first, rule->second};
-    auto made = compile(files, enable_printf, dither, &said);
+    auto made = compile(files, enable_printf, dither, derivatives, &said);
     if (auto* failed = std::get_if<Diagnostics>(&made)) return {nullptr, std::move(*failed)};
     return {std::get<std::shared_ptr<const Program>>(std::move(made)), std::move(said)};
 }
@@ -300,7 +308,7 @@ NB_MODULE(_core, m) {
         },
         "name"_a, "text"_a, nb::call_guard<nb::gil_scoped_release>());
     m.def("compile", &compile_files, "files"_a, "enable_printf"_a = false,
-          "rule"_a = std::optional<Rule>());
+          "rule"_a = std::optional<Rule>(), "derivatives"_a = std::vector<std::string>());
     m.def(
         "world_keys",
         [](const std::string& kind) {
@@ -373,23 +381,25 @@ NB_MODULE(_core, m) {
             "__init__",
             [](Print* self, std::shared_ptr<const Program> program, program::Options options,
                Target target, bool fractions, std::string output,
-               std::optional<std::array<double, 6>> window_mm) {
+               std::optional<std::array<double, 6>> window_mm,
+               std::vector<std::string> derivatives) {
                 std::optional<Box3d> window;
                 if (window_mm) {
                     const auto& [x0, y0, z0, x1, y1, z1] = *window_mm;
                     window = Box3d{{x0, y0, z0}, {x1, y1, z1}};
                 }
                 new (self) Print(std::move(program), std::move(options), target, fractions,
-                                 std::move(output), window);
+                                 std::move(output), window, std::move(derivatives));
             },
             "program"_a, "options"_a, "target"_a, "fractions"_a = false, "output"_a = "",
-            "window_mm"_a = nb::none())
+            "window_mm"_a = nb::none(), "derivatives"_a = std::vector<std::string>())
         .def_prop_ro("state", &Print::state)
         .def("wait_while", &Print::wait_while, "state"_a, "seconds"_a,
              nb::call_guard<nb::gil_scoped_release>(),
              "Waits for another state, at most so long; returns the state.")
         .def("next", &next_slice, "seconds"_a,
-             "Returns z, codes and fractions of the next slice, as read-only arrays that own "
+             "Returns z, codes, fractions and derivatives of the next slice, as read-only arrays "
+             "that own "
              "their memory; None where there is none yet, or no more.")
         .def("cancel", &Print::cancel)
         .def(
@@ -407,6 +417,16 @@ NB_MODULE(_core, m) {
                          const pipeline::ProgressEvent event = p.progress();
                          return std::pair(event.slices_done, event.slices_total);
                      })
+        .def_prop_ro(
+            "rate_columns",
+            [](const Print& p) {
+                std::vector<std::tuple<std::string, int32_t, int32_t, int32_t, std::string>> out;
+                for (const program::RateColumns& c : p.rate_columns())
+                    out.emplace_back(c.name, c.first, c.components, c.array_length, c.type_name);
+                return out;
+            },
+            "Of each uniform with derivatives its name, first column, components, array length and "
+            "type.")
         .def("take_notes", &Print::take_notes)
         .def("take_warnings", &Print::take_warnings)
         .def("take_lines", &Print::take_lines);

@@ -64,12 +64,14 @@ class MeansToQueue : public backends::NullSink {
 }  // namespace
 
 Print::Print(std::shared_ptr<const Program> program, program::Options options, Target target,
-             bool fractions, std::string output, std::optional<Box3d> window_mm)
+             bool fractions, std::string output, std::optional<Box3d> window_mm,
+             std::vector<std::string> derivatives)
     : program_(std::move(program)),
       target_(target),
       wants_fractions_(fractions),
       output_(std::move(output)),
       window_mm_(window_mm),
+      derivatives_(std::move(derivatives)),
       options_(std::move(options)),
       queue_(fractions ? &planes_ : nullptr),
       thread_([this] { run(); }) {}
@@ -165,6 +167,16 @@ Result<void> Print::print() {
             std::string note = program::describe_parts(parts, options_, pitch, own);
             const std::lock_guard lock(mutex_);
             if (!note.empty()) notes_.push_back(std::move(note));
+        };
+    }
+    if (!derivatives_.empty()) {
+        hooks.rates = [this](const program::Job& job) {
+            Result<pipeline::Rates> rates = program::find_rates(
+                job, derivatives_,
+                [this](const openfab_fablet& fablet) { return program_->directions(fablet); },
+                &rate_columns_);
+            if (rates) planes_.expect_rates(rates->columns);
+            return rates;
         };
     }
     if (target_ == Target::kSlices) {

@@ -17,6 +17,7 @@
 #include "base/result.h"
 #include "program/options.h"
 #include "program/prepare.h"
+#include "program/rates.h"
 #include "python/src/program.h"
 #include "python/src/slice_queue.h"
 #include "runtime/pipeline/print_job.h"
@@ -40,10 +41,12 @@ struct Picture8 {
 
 class Print {
   public:
-    /// Starts the thread. With `output`, slices are written there in place of the options' own, which is
+    /// Starts the thread. Slices have derivatives by the uniforms `derivatives`, OBJECT.UNIFORM, for which the program
+    /// was compiled. With `output`, slices are written there in place of the options' own, which is
     /// what messages name. With a window the grid is that.
     Print(std::shared_ptr<const Program> program, program::Options options, Target target,
-          bool fractions, std::string output, std::optional<Box3d> window_mm);
+          bool fractions, std::string output, std::optional<Box3d> window_mm,
+          std::vector<std::string> derivatives = {});
     /// Cancels and waits.
     ~Print();
     Print(const Print&) = delete;
@@ -64,6 +67,8 @@ class Print {
     const pipeline::PrintInfo& info() const { return info_; }
     bool wants_fractions() const { return wants_fractions_; }
     int32_t fraction_materials() const { return planes_.materials(); }
+    const std::vector<program::RateColumns>& rate_columns() const { return rate_columns_; }
+    int32_t rate_count() const { return planes_.rate_columns(); }
     const pipeline::PrintEstimate& estimate() const { return estimate_; }
     /// What is known from the state kEnded on: an error, or the JSON of `--stats`, and pictures.
     const std::optional<Error>& error() const { return error_; }
@@ -92,6 +97,8 @@ class Print {
     const bool wants_fractions_;
     const std::string output_;
     const std::optional<Box3d> window_mm_;
+    const std::vector<std::string> derivatives_;
+    std::vector<program::RateColumns> rate_columns_;
     program::Options options_;
     FractionPlanes planes_;
     SliceQueue queue_;

@@ -80,6 +80,14 @@ int Program::compiled() const {
                                           [](const auto& kernel) { return kernel.compiled; }));
 }
 
+std::span<const int32_t> Program::directions(const openfab_fablet& fablet) const {
+    const openfab_fablet_list& list = fablets();
+    const auto* const* found = std::find(list.fablets, list.fablets + list.count, &fablet);
+    const auto index = static_cast<size_t>(found - list.fablets);
+    return index < directions_.size() ? std::span<const int32_t>(directions_[index])
+                                      : std::span<const int32_t>();
+}
+
 int Program::main(const std::vector<std::string>& words) const {
     std::vector<char*> argv;
     std::vector<std::string> own = words;
@@ -90,10 +98,12 @@ int Program::main(const std::vector<std::string>& words) const {
 
 std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
     const std::vector<std::string>& files, bool enable_printf,
-    const std::optional<frontend::DitherRule>& rule, Diagnostics* warnings) {
+    const std::optional<frontend::DitherRule>& rule, const std::vector<std::string>& derivatives,
+    Diagnostics* warnings) {
     driver::CompilationOptions options;
     options.files = files;
     options.dither = rule;
+    options.derivatives = derivatives;
     options.target = abi::isa_name(abi::best_isa(program::kUsualIsa));
     options.enable_printf = enable_printf;
     const driver::CommonOptions common;
@@ -112,6 +122,8 @@ std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
     kernel_cache().trim();
     std::shared_ptr<Program> program(new Program());
     program->loaded_ = std::move(std::get<std::unique_ptr<lower::LoadedProgram>>(loaded));
+    for (const lower::FabletUnit& unit : compilation.fablets())
+        program->directions_.push_back(unit.directions);
     program->files_ = compilation.sources().files();
     *warnings = std::move(said);
     return std::shared_ptr<const Program>(std::move(program));

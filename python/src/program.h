@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -46,23 +47,29 @@ class Program {
     const std::vector<std::filesystem::path>& files() const { return files_; }
     /// The number of kernels that no cache had.
     int compiled() const;
+    /// Returns the directions in which one of its fablets has derivatives (lower::FabletUnit::directions).
+    std::span<const int32_t> directions(const openfab_fablet& fablet) const;
     /// Prints as a print binary of these fablets does with these words, the first of which names it; returns its exit code.
     int main(const std::vector<std::string>& words) const;
 
   private:
     friend std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
         const std::vector<std::string>& files, bool enable_printf,
-        const std::optional<frontend::DitherRule>& rule, Diagnostics* warnings);
+        const std::optional<frontend::DitherRule>& rule,
+        const std::vector<std::string>& derivatives, Diagnostics* warnings);
     Program() = default;
 
     std::unique_ptr<lower::LoadedProgram> loaded_;
     std::vector<std::filesystem::path> files_;
+    std::vector<std::vector<int32_t>> directions_;  ///< of each fablet
 };
 
 /// Compiles the fablets of some files for this machine, with the kernels of OpenFab's own cache.
-/// `rule` is the dither rule of those without one; `warnings` receives what else there is to say.
+/// `rule` is the dither rule of those without one; `derivatives` names uniforms by which fractions are differentiated;
+/// `warnings` receives what else there is to say.
 std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
     const std::vector<std::string>& files, bool enable_printf,
-    const std::optional<frontend::DitherRule>& rule, Diagnostics* warnings);
+    const std::optional<frontend::DitherRule>& rule, const std::vector<std::string>& derivatives,
+    Diagnostics* warnings);
 
 }  // namespace openfab::python

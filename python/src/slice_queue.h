@@ -22,6 +22,7 @@ struct Slice {
     int32_t z = 0;
     std::vector<uint8_t> codes;    ///< [y][x]
     std::vector<float> fractions;  ///< [y][x][material]; empty where not asked for
+    std::vector<float> rates;      ///< [y][x][column][material]; likewise
 };
 
 /// Gathers the fractions of the slices in flight, each in an array of its own.
@@ -29,18 +30,30 @@ class FractionPlanes : public pipeline::FractionSink {
   public:
     Result<void> begin(const pipeline::PrintInfo& info, int32_t materials) override;
     void write(int32_t z, int32_t y, int32_t first_x, std::span<const float> fractions) override;
+    void write_rates(int32_t z, int32_t y, int32_t first_x, std::span<const float> rates) override;
     Result<void> status() const override { return {}; }
     Result<void> finish(const pipeline::PrintTotals&) override { return {}; }
 
+    /// Sets how many columns of derivatives there are, before the print.
+    void expect_rates(int32_t columns) { columns_ = columns; }
+    int32_t rate_columns() const { return columns_; }
+    /// Does take() for them.
+    std::vector<float> take_rates(int32_t z);
     /// Gives away the array of a slice that is printed; zeros where all of it is void.
     std::vector<float> take(int32_t z);
     int32_t materials() const { return materials_; }
 
   private:
+    void put(std::map<int32_t, std::vector<float>>* planes, size_t per_voxel, int32_t z, int32_t y,
+             int32_t first_x, std::span<const float> values);
+    std::vector<float> take(std::map<int32_t, std::vector<float>>* planes, size_t per_voxel,
+                            int32_t z);
+
     size_t width_ = 0, height_ = 0;
     int32_t materials_ = 0;
     std::mutex mutex_;
-    std::map<int32_t, std::vector<float>> planes_;
+    std::map<int32_t, std::vector<float>> planes_, rates_;
+    int32_t columns_ = 0;
 };
 
 class SliceQueue : public pipeline::SliceSink {

@@ -22,6 +22,10 @@ class FractionSink {
     /// the materials in order; what they lack to 1 is void. Called from worker threads for different
     /// voxels at once, in any order. Voxels that are never passed are void.
     virtual void write(int32_t z, int32_t y, int32_t first_x, std::span<const float> fractions) = 0;
+    /// Takes the derivatives of the fractions of the same voxels, where the print has them (PrintOptions::rates): for
+    /// each voxel and column those of the materials in order. Voxels that are never passed have zeros.
+    virtual void write_rates(int32_t /*z*/, int32_t /*y*/, int32_t /*first_x*/,
+                             std::span<const float> /*rates*/) {}
     /// Returns the first error of write. May be called at any time, from any thread.
     virtual Result<void> status() const = 0;
     /// Called once after the last write, even if the print ended early; then `totals.complete` is

@@ -24,6 +24,13 @@ namespace openfab::pipeline {
 /// The end of a range of slices that is open.
 constexpr int32_t kToTheEnd = INT32_MAX;
 
+/// Which derivatives a print has.
+struct Rates {
+    int32_t columns = 0;  ///< numbers of uniforms
+    std::vector<std::vector<int32_t>>
+        of_parts;  ///< [part][direction of its fablet]: the column, or -1
+};
+
 struct PrintOptions {
     int64_t memory_bytes = kDefaultMemoryBytes;  ///< without the reserved part
     int64_t reserved_bytes = 0;                  ///< part of the user's budget, for previews
@@ -55,6 +62,8 @@ struct PrintOptions {
     double began_seconds = 0;
     FractionSink* fractions =
         nullptr;  ///< takes what the dither takes, too; must outlive the print
+    /// Of a print of volumes with derivatives, which `fractions` gets, too.
+    Rates rates;
     std::vector<process::Effect*> effects;  ///< of the machine; they must outlive the print
     int64_t sink_bytes_per_column = 0;      ///< memory of the sink for each voxel of a slice
     /// Receives the lines of printf, in an order that does not depend on threads; called from one

@@ -133,6 +133,8 @@ void set_up_slabs(PrintSetup* p) {
     // Nothing is evaluated then that could be left out.
     p->slabs.culling = p->options.culling && p->input.solid_code == 0;
     p->slabs.fractions = p->options.fractions;
+    if (p->options.fractions != nullptr && p->options.rates.columns > 0)
+        p->slabs.rates = &p->options.rates;
     for (const process::Effect* effect : p->options.effects) {
         if (effect->spreads()) p->slabs.spreads.push_back(effect);
     }
@@ -190,6 +192,9 @@ Result<MemoryPlan> plan_memory(const PrintSetup* p, const MemoryPlanner& planner
     add_spread_needs(p->slabs.spreads, &needs);
     if (p->options.fractions != nullptr)
         needs.per_row += int64_t{p->grid.size.x} * p->slabs.materials * int64_t{sizeof(float)};
+    if (p->slabs.rates != nullptr)
+        needs.per_row += int64_t{p->grid.size.x + 8} * 65 * p->slabs.materials *
+                         p->slabs.rates->columns * int64_t{sizeof(float)};
     const int32_t slabs = (p->range.y + 7) / 8 - p->range.x / 8;
     return planner.plan(needs, caches, displaced, diced, slabs, p->options.slabs_in_flight);
 }

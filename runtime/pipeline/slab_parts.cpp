@@ -133,6 +133,8 @@ abi::KernelStatus SlabParts::evaluate_row(int32_t row, uint8_t slices, SlabRow* 
     scratch->band.reset(row, columns, setup_.channels, written_first, written_end);
     if (setup_.separate_mixtures)
         scratch->mixtures.reset(row, columns, setup_.channels, written_first, written_end);
+    if (setup_.rates != nullptr)
+        scratch->rates.reset(8 * columns, setup_.materials, setup_.rates->columns);
     scratch->many = parts > 1;
     if (scratch->many) scratch->claims.reset(columns, first, end);
     for (const auto& active : active_) {
@@ -185,6 +187,9 @@ abi::KernelStatus SlabParts::evaluate_part(const ActivePart& active, uint8_t sli
     segments::PrintfLog* log = &scratch->log;
     volume::PartVoxels& voxels = evaluator->counts.by_part[static_cast<size_t>(active.part->index)];
     pending.clear();
+    evaluator->rates = setup_.rates != nullptr ? &scratch->rates : nullptr;
+    if (setup_.rates != nullptr)
+        evaluator->rate_columns = setup_.rates->of_parts[static_cast<size_t>(active.part->index)];
     if (scratch->many) scratch->claims.begin_part(*active.part->part, active.part->index);
     const voxel::SlabMask& mask = active.mask;
     const uint8_t* rows = &mask.mask[static_cast<size_t>(8 * band.row - mask.y0) * mask.width];

@@ -16,6 +16,7 @@
 #include "runtime/dither/support_fill.h"
 #include "runtime/pipeline/fraction_sink.h"
 #include "runtime/pipeline/overlaps.h"
+#include "runtime/pipeline/print_options.h"
 #include "runtime/process/effect.h"
 #include "runtime/volume/cull.h"
 #include "runtime/volume/evaluate.h"
@@ -45,6 +46,7 @@ struct SlabSetup {
     dither::SupportFill support;
     int32_t materials = 0;              ///< of the model
     FractionSink* fractions = nullptr;  ///< may be null
+    const Rates* rates = nullptr;       ///< null: none
     /// Whether mixtures are kept beside what the fablets' rules make of them, for `fractions`.
     bool separate_mixtures = false;
     std::vector<const process::Effect*> spreads;  ///< effects on neighbours, in order
@@ -56,6 +58,7 @@ struct SlabRow {
     dither::RowBand mixtures;  ///< see SlabSetup::separate_mixtures
     bool many = false;         ///< more than one part in the row: claims are tracked
     RowClaims claims;
+    volume::RowRates rates;
     Overlaps overlaps;
     std::vector<volume::OwnedBlock> pending;  ///< blocks of one part to evaluate
     segments::PrintfLog log;

@@ -90,6 +90,8 @@ void SlabRun::finish_row(SlabRow* row) {
     if (setup_.fractions == nullptr) return;
     write_fractions(separate ? row->mixtures : row->band, own_.slab(), slices_, setup_.size,
                     setup_.materials, setup_.fractions);
+    if (setup_.rates != nullptr && row->rates.any)
+        write_rates(row->rates, own_.slab(), row->band.row, slices_, setup_.size, setup_.fractions);
 }
 
 abi::KernelStatus SlabRun::evaluate_around(int32_t row, Pool<volume::BlockEvaluator>* evaluators,

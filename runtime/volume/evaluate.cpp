@@ -29,6 +29,14 @@ void fill_up(std::vector<int32_t>* columns) {
 
 }  // namespace
 
+void RowRates::reset(int32_t width_vox, int32_t material_count, int32_t column_count) {
+    width = width_vox;
+    materials = material_count;
+    columns = column_count;
+    any = false;
+    values.assign(static_cast<size_t>(width) * 64 * per_voxel(), 0.0f);
+}
+
 void place_fractions(const abi::Channels& channels, const uint16_t* from, uint16_t* to) {
     for (int32_t channel = 0; channel < channels.count(); ++channel) {
         const int32_t material = channels.material(channel);
@@ -193,8 +201,38 @@ const float* BlockEvaluator::field(const PlacedPart& part, const openfab_arg& ar
                     static_cast<size_t>(first) * kBlockValues];
 }
 
-abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, int32_t n, int32_t channels,
-                                               uint16_t* fractions, segments::PrintfLog* log) {
+/// Adds up the derivatives of each material's slots, in their order.
+void BlockEvaluator::take_rates(const PlacedPart& part, int32_t first, int32_t count,
+                                const OwnedBlock* blocks) {
+    const auto slots = part.slots();
+    rates->any = true;
+    for (int32_t i = 0; i < count; ++i) {
+        const OwnedBlock& block = blocks[first + i];
+        for (size_t k = 0; k < rate_columns.size(); ++k) {
+            if (rate_columns[k] < 0) continue;
+            for (int32_t slot = 0; slot < slots; ++slot) {
+                const int32_t material = part.part->slot_material[static_cast<size_t>(slot)];
+                if (material == 0) continue;
+                const int32_t state = 1 + slots * (1 + static_cast<int32_t>(k)) + slot;
+                const uint32_t* from =
+                    segments_.state(state) + static_cast<size_t>(i) * kBlockValues;
+                const int32_t to = rate_columns[k] * rates->materials + material - 1;
+                for (int32_t column = 0; column < 64; ++column) {
+                    for (uint32_t left = block.owned[static_cast<size_t>(column)]; left != 0;
+                         left &= left - 1) {
+                        const int32_t z = std::countr_zero(left);
+                        const float rate = std::bit_cast<float>(from[8 * column + z]);
+                        rates->at(8 * block.block + column % 8, column / 8, z)[to] += rate;
+                    }
+                }
+            }
+        }
+    }
+}
+
+abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, const OwnedBlock* blocks,
+                                               int32_t n, int32_t channels, uint16_t* fractions,
+                                               segments::PrintfLog* log) {
     abi::KernelStatus status = ask_for_segments(part, n);
     const int32_t most = VolumeSegments::most_blocks(part);
     for (int32_t first = 0; first < n && status.ok(); first += most) {
@@ -212,6 +250,7 @@ abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, int32_t n
         status = segments_.run(part, isa_, &corners_[3 * begin], &owned_[64 * begin], count, input,
                                log, stop);
         if (!status.ok()) break;
+        if (rates != nullptr) take_rates(part, first, count, blocks);
         status = part.part->fablet->slab.arg_count > 0
                      ? run_slab(part, first, count, listed_, channels, fractions)
                      : normalise_states(part, first, channels, fractions);
@@ -337,7 +376,7 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
     const int32_t fractions = kept != nullptr ? kept->add_columns(room) : 0;
     if (!columns_.empty()) {
         uint16_t* to = kept != nullptr ? kept->fractions_at(fractions) : nullptr;
-        status = segments ? run_segments(part, n, band->channels, to, log)
+        status = segments ? run_segments(part, blocks, n, band->channels, to, log)
                           : run_slab(part, 0, n, columns_, band->channels, to);
     }
     if (!status.ok()) return status;

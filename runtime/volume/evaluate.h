@@ -52,6 +52,30 @@ struct EvaluationCounts {
     double seconds_bounds = 0;
 };
 
+/// Derivatives of the fractions in a row of blocks, of a print that is asked for them.
+struct RowRates {
+    int32_t width = 0;          ///< voxels
+    int32_t materials = 0;      ///< of the model
+    int32_t columns = 0;        ///< uniforms' numbers
+    std::vector<float> values;  ///< [y 8][x][z 8][column][material]
+    bool any = false;           ///< whether there is more than zeros
+
+    size_t per_voxel() const {
+        return static_cast<size_t>(materials) * static_cast<size_t>(columns);
+    }
+    /// Makes all 0.
+    void reset(int32_t width_vox, int32_t material_count, int32_t column_count);
+    float* at(int32_t x, int32_t y, int32_t z) { return &values[index(x, y, z)]; }
+    const float* at(int32_t x, int32_t y, int32_t z) const { return &values[index(x, y, z)]; }
+
+  private:
+    size_t index(int32_t x, int32_t y, int32_t z) const {
+        const auto column =
+            static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
+        return (column * 8 + static_cast<size_t>(z)) * per_voxel();
+    }
+};
+
 /// Copies the fractions of one column from channels to the places of their materials.
 void place_fractions(const abi::Channels& channels, const uint16_t* from, uint16_t* to);
 
@@ -84,6 +108,10 @@ class BlockEvaluator {
     EvaluationCounts counts;
     /// Once set, blocks whose segments loop or query are given up, stopped; null: never.
     const std::atomic<bool>* stop = nullptr;
+    /// Takes the derivatives of the next batch; `rate_columns` says which column each direction of the part is, -1 none.
+    /// Null: nobody wants them.
+    RowRates* rates = nullptr;
+    std::span<const int32_t> rate_columns;
     bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 
   private:
@@ -98,12 +126,13 @@ class BlockEvaluator {
     abi::KernelStatus run_packed_slab(const PlacedPart& part, int32_t first, size_t column,
                                       size_t count, int32_t channels, uint16_t* fractions);
     /// Does the same with what segments give, which it runs before.
-    abi::KernelStatus run_segments(const PlacedPart& part, int32_t n, int32_t channels,
-                                   uint16_t* fractions, segments::PrintfLog* log);
+    abi::KernelStatus run_segments(const PlacedPart& part, const OwnedBlock* blocks, int32_t n,
+                                   int32_t channels, uint16_t* fractions, segments::PrintfLog* log);
     abi::KernelStatus ask_for_segments(const PlacedPart& part, int32_t n);
     /// Normalises amounts that segments have written to states, as run_slab otherwise does.
     abi::KernelStatus normalise_states(const PlacedPart& part, int32_t first, int32_t channels,
                                        uint16_t* fractions);
+    void take_rates(const PlacedPart& part, int32_t first, int32_t count, const OwnedBlock* blocks);
     const float* field(const PlacedPart& part, const openfab_arg& arg, int32_t first) const;
     void count_columns(const PlacedPart& part);
     /// `codes` of the listed columns, whose fractions begin at the band's number `fractions`.

@@ -24,6 +24,9 @@ struct FabletUnit {
     const passes::KernelStages* stages = nullptr;
     std::string source_name;  ///< file name of the source, for messages
     uint64_t hash = 0;
+    /// Of a volume with derivatives: the directions, float uniforms by their indices among the values. Amounts are in
+    /// states then, and behind them, of direction k in state 1 + slot_count * (1 + k) + s, the derivative of slot s.
+    std::vector<int32_t> directions{};
 };
 
 /// A kernel of a fablet, and its slot in the table.
