@@ -14,6 +14,7 @@ import pytest
 import trimesh
 from conftest import BLUE, GREEN, RED, TOP, WHITE, YELLOW, box, like, linear, quad_picture, srgb
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 OPAQUE_RED, OPAQUE_BLUE = (255, 0, 0), (0, 0, 255)
 REPEAT, CLAMP, MIRROR = 10497, 33071, 33648
@@ -50,10 +51,10 @@ class File:
         self.bytes += data + b"\0" * (-len(data) % 4)
         return len(self.gltf.bufferViews) - 1
 
-    def picture(self, pixels: np.ndarray, wrap: tuple[int, int] = (REPEAT, REPEAT)) -> int:
+    def picture(self, pixels: np.ndarray, wrap: tuple[int, int] = (REPEAT, REPEAT), **more: Any) -> int:
         """Adds a texture and returns its number."""
         stream = io.BytesIO()
-        Image.fromarray(pixels).save(stream, "png")
+        Image.fromarray(pixels).save(stream, "png", **more)
         self.gltf.images.append(gltf.Image(bufferView=self.view(stream.getvalue()), mimeType="image/png"))
         self.gltf.samplers.append(gltf.Sampler(wrapS=wrap[0], wrapT=wrap[1]))
         self.gltf.textures.append(gltf.Texture(source=len(self.gltf.images) - 1, sampler=len(self.gltf.samplers) - 1))
@@ -125,6 +126,17 @@ def test_color_factor(tmp_path, imported):
 def test_texture(tmp_path, imported):
     file = File()
     file.node(file.box(file.material("a", texture={"index": file.picture(quad_picture())})))
+    made = imported(file.write(tmp_path / "texture.glb"))
+    seen = [made.look(x, y, 3.75) for y in (3.25, 0.75) for x in (0.75, 3.25)]
+    assert all(like(a, b) for a, b in zip(seen, (RED, GREEN, BLUE, YELLOW))), seen
+
+
+def test_what_a_texture_says_of_its_colors_is_ignored(tmp_path, imported):
+    """glTF 2.0, on images: colour profiles and intents of a picture must be ignored, its colours are sRGB."""
+    linear_light = PngInfo()
+    linear_light.add(b"gAMA", (100000).to_bytes(4, "big"))
+    file = File()
+    file.node(file.box(file.material("a", texture={"index": file.picture(quad_picture(), pnginfo=linear_light)})))
     made = imported(file.write(tmp_path / "texture.glb"))
     seen = [made.look(x, y, 3.75) for y in (3.25, 0.75) for x in (0.75, 3.25)]
     assert all(like(a, b) for a, b in zip(seen, (RED, GREEN, BLUE, YELLOW))), seen

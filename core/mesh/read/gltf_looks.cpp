@@ -271,6 +271,8 @@ void GltfLooks::read_picture(const JsonValue& info, const char* asked_by, GltfMa
     picture.source = std::to_string(*source);
     picture.name = picture_name(*image, *source);
     picture.wrap = {PictureWrap::kRepeat, PictureWrap::kRepeat};
+    // Whatever the picture says of itself (glTF 2.0, on images).
+    picture.space = PictureUse::Space::kSrgb;
     if (texture->find("sampler") != nullptr) {
         const JsonValue* sampler =
             gltf_.item("samplers", gltf_.integer(*texture, "sampler", 0), "a texture");
