@@ -29,6 +29,7 @@ from .errors import (
 )
 from .estimating import Estimate, MaterialEstimate, estimate
 from .fablet import Fablet, Uniform, Varying, compile
+from .fitting import Fit, FitGoal, fit
 from .lattice import Beams, beams
 from .materials import VOID, Material
 from .previewing import preview
@@ -59,6 +60,8 @@ __all__ = [
     "Fablet",
     "FileMesh",
     "FileWorld",
+    "Fit",
+    "FitGoal",
     "InputError",
     "InternalError",
     "Material",
@@ -92,6 +95,7 @@ __all__ = [
     "cylinder",
     "estimate",
     "extrusion",
+    "fit",
     "load",
     "plane",
     "preview",

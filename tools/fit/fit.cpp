@@ -60,9 +60,9 @@ class Fitter {
         : options_(options), interrupt_(interrupt) {}
 
     Result<Fit> run() {
-        const double began = processor_seconds();
+        const double began = seconds_now();
         if (Result<void> ready = set_up(); !ready) return ready.error();
-        out_.set_up_seconds = processor_seconds() - began;
+        out_.set_up_seconds = seconds_now() - began;
         const program::DeferredInterrupt deferred;
         if (Result<void> fine = check_dependence(); !fine) return fine.error();
         std::vector<Wanted> wanted;
@@ -76,7 +76,7 @@ class Fitter {
             if (out_.interrupted || out_.reached || !is_searched_reached(wanted)) break;
             for (size_t g = 0; g < wanted.size(); ++g) {
                 const Goal& goal = out_.goals.goals[g];
-                const double off = out_.numbers[g].printed - out_.numbers[g].searched;
+                const double off = out_.numbers[g].last() - out_.numbers[g].searched;
                 if (wanted[g].at_least) wanted[g].at_least = *goal.wanted.at_least - off;
                 if (wanted[g].at_most) wanted[g].at_most = *goal.wanted.at_most - off;
             }
@@ -85,7 +85,7 @@ class Fitter {
             if (Result<void> looked = look_for_steps(); !looked) return looked.error();
         }
         out_.history = values_->history();
-        out_.search_seconds = processor_seconds() - began - out_.set_up_seconds;
+        out_.search_seconds = seconds_now() - began - out_.set_up_seconds;
         return std::move(out_);
     }
 
@@ -153,7 +153,7 @@ class Fitter {
                 ++next;
             }
             if (!moves_any)
-                out_.notes.push_back(fmt::format(messages::kUnknownMovesNothing, unknowns[u].name));
+                noted_.push_back(fmt::format(messages::kUnknownMovesNothing, unknowns[u].name));
         }
         for (size_t g = 0; g < moves.size(); ++g) {
             const Goal& goal = out_.goals.goals[g];
@@ -226,10 +226,13 @@ class Fitter {
         if (out_.interrupted) return {};
         if (!counted) return counted.error();
         out_.reached = true;
+        out_.notes = noted_;
+        out_.notes.insert(out_.notes.end(), counted->notes.begin(), counted->notes.end());
         for (size_t g = 0; g < out_.numbers.size(); ++g) {
-            out_.numbers[g].mixed = counted->mixed[g];
-            out_.numbers[g].printed = counted->printed[g];
-            out_.reached &= std::abs(out_.goals.goals[g].wanted.beyond(counted->printed[g])) <= 1;
+            GoalNumbers& numbers = out_.numbers[g];
+            numbers.mixed = counted->mixed[g];
+            numbers.printed = counted->printed[g];
+            out_.reached &= std::abs(out_.goals.goals[g].wanted.beyond(numbers.last())) <= 1;
         }
         return {};
     }
@@ -238,7 +241,7 @@ class Fitter {
     Result<void> look_for_steps() {
         for (size_t g = 0; g < out_.goals.goals.size(); ++g) {
             const Goal& goal = out_.goals.goals[g];
-            const double beyond = goal.wanted.beyond(out_.numbers[g].printed);
+            const double beyond = goal.wanted.beyond(out_.numbers[g].last());
             if (std::abs(beyond) <= 1) continue;
             const double bound = beyond > 0 ? *goal.wanted.at_most : *goal.wanted.at_least;
             const auto by_value = [&](const Trial& a, const Trial& b) {
@@ -302,6 +305,7 @@ class Fitter {
     std::string world_;
     std::unique_ptr<PrintValues> values_;
     Choices chosen_;
+    std::vector<std::string> noted_;  ///< before the first round
     Fit out_;
 };
 

@@ -4,6 +4,7 @@
 
 // `openfab fit`: finds the uniforms of a world for which its print is what is wanted.
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -29,7 +30,10 @@ struct FitOptions {
 struct GoalNumbers {
     double searched = 0;  ///< of mixtures, on the voxels that were searched on
     double mixed = 0;     ///< of mixtures, on the printer's voxels
-    double printed = 0;   ///< of the printer's dithered voxels
+    double printed = 0;   ///< of the printer's dithered voxels; not a number where it is not known
+
+    /// Returns the one that is nearest to what comes out.
+    double last() const { return std::isnan(printed) ? mixed : printed; }
 };
 
 struct Fit {
@@ -43,7 +47,7 @@ struct Fit {
     bool reached = false;      ///< on the printed voxels
     bool interrupted = false;  ///< only `searched` is known then
     int32_t rounds = 0;        ///< the second aims off by what the first print was off
-    double set_up_seconds = 0, search_seconds = 0;  ///< of the processor
+    double set_up_seconds = 0, search_seconds = 0;
     double search_pitch = 1;  ///< of the voxels that were searched on, in the printer's
 };
 

@@ -5,17 +5,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
 #include "base/json.h"
-#include "base/json_text.h"
 #include "base/near_miss.h"
-#include "runtime/part/bind.h"
 #include "tools/fit/messages.h"
+#include "tools/fit/unknowns.h"
+#include "world/edit/world_edit.h"
 #include "world/json_reader.h"
 
 namespace openfab::fit {
@@ -28,37 +26,35 @@ constexpr const char* kAll = "all";
 
 const world::KeySet kRoot{
     "fit", {"$schema", "openfab_fit", "unknowns", "goals"}, {"openfab_fit", "unknowns", "goals"}};
-const world::KeySet kUnknown{"unknown", {"min", "max", "start", "choices"}, {}};
-const world::KeySet kGoal{"goal",
-                          {"name", "share", "volume_ml", "weight_g", "cost", "box_mm", "equal",
-                           "at_most", "at_least", "aim", "within"},
-                          {}};
+const world::KeySet kGoal{
+    "goal",
+    {"name",          "share",    "volume_ml",      "weight_g",       "cost",      "moved_mm",
+     "deflection_mm", "work_Nmm", "resistance_ohm", "resistance_K_W", "young_MPa", "poisson",
+     "stiffness_MPa", "box_mm",   "element_mm",     "cell_mm",        "equal",     "at_most",
+     "at_least",      "aim",      "within"},
+    {}};
 
 struct QuantityKey {
     const char* key;
     Quantity quantity;
     const char* unit;
     const char* name;
+    const char* command = nullptr;  ///< of `openfab mechanics`
 };
 constexpr QuantityKey kQuantities[] = {
     {"share", Quantity::kShare, "", "share"},
     {"volume_ml", Quantity::kVolume, " ml", "volume"},
     {"weight_g", Quantity::kWeight, " g", "weight"},
     {"cost", Quantity::kCost, "", "cost"},
+    {"moved_mm", Quantity::kMoved, " mm", "movement", "part"},
+    {"deflection_mm", Quantity::kDeflection, " mm", "deflection", "part"},
+    {"work_Nmm", Quantity::kWork, " Nmm", "work", "part"},
+    {"resistance_ohm", Quantity::kOhm, " ohm", "resistance", "conduct"},
+    {"resistance_K_W", Quantity::kKelvinPerWatt, " K/W", "resistance", "conduct"},
+    {"young_MPa", Quantity::kYoung, " MPa", "Young's modulus", "cell"},
+    {"poisson", Quantity::kPoisson, "", "Poisson's ratio", "cell"},
+    {"stiffness_MPa", Quantity::kStiffness, " MPa", "stiffness", "cell"},
 };
-
-double number_of(uint32_t bits, openfab_scalar_type scalar) {
-    switch (scalar) {
-        case OPENFAB_FLOAT:
-            return double{std::bit_cast<float>(bits)};
-        case OPENFAB_INT:
-            return double{static_cast<double>(static_cast<int32_t>(bits))};
-        case OPENFAB_UINT:
-        case OPENFAB_BOOL:
-            return static_cast<double>(bits);
-    }
-    return 0;
-}
 
 class GoalsReader {
   public:
@@ -66,14 +62,11 @@ class GoalsReader {
         : json_(file), file_(std::move(file)), world_(world), fablets_(fablets) {}
 
     Result<Goals> read(const JsonValue& root, const std::vector<std::string>& settings) {
-        Result<std::vector<part::BoundUniforms>> bound =
-            part::bind_values(world_, fablets_, {settings});
-        if (!bound) return bound.error();
-        bound_ = std::move(*bound);
         if (json_.object(root, kRoot, messages::kFile)) {
             const JsonValue& version = root.find("openfab_fit")->value;
             json_.integer(version, "`openfab_fit`", 1, 1);
-            read_unknowns(root.find("unknowns")->value);
+            out_.unknowns = read_unknowns(root.find("unknowns")->value, file_, world_, fablets_,
+                                          settings, &json_);
             read_list(root.find("goals")->value);
         }
         if (json_.ok()) check_together();
@@ -82,185 +75,6 @@ class GoalsReader {
     }
 
   private:
-    const openfab_fablet* fablet_of(const world::Object& object) const {
-        const world::FabletRef& ref = world_.fablets.at(object.fablet);
-        const openfab_fablet* found = nullptr;
-        for (int32_t i = 0; i < fablets_.count; ++i) {
-            const openfab_fablet* fablet = fablets_.fablets[i];
-            if (ref.fablet != fablet->name) continue;
-            if (found == nullptr || ref.source.filename() == fablet->source_name) found = fablet;
-        }
-        return found;
-    }
-
-    void read_unknowns(const JsonValue& value) {
-        if (!json_.named_things(value, "unknowns")) return;
-        if (value.members.empty()) return json_.fail(value, messages::kNoUnknowns);
-        for (const JsonMember& member : value.members) {
-            Unknown& unknown = out_.unknowns.emplace_back();
-            unknown.location = {file_, member.line, member.column};
-            unknown.name = member.key;
-            const openfab_uniform* declared = find_uniform(member, &unknown);
-            if (declared == nullptr) return;
-            const std::string what = fmt::format("`{}`", member.key);
-            if (!json_.object(member.value, kUnknown, what)) return;
-            if (member.value.find("choices") != nullptr || unknown.scalar == OPENFAB_BOOL ||
-                declared->kind == OPENFAB_UNIFORM_MATERIAL) {
-                read_choices(member, &unknown);
-            } else {
-                read_range(member.value, *declared, what, &unknown);
-            }
-            if (!json_.ok()) return;
-        }
-    }
-
-    /// Finds the uniform of `OBJECT.UNIFORM` or `OBJECT.UNIFORM[INDEX]`, and the values that it has; null after an
-    /// error.
-    const openfab_uniform* find_uniform(const JsonMember& member, Unknown* out) {
-        const auto fail = [&](const std::string& what, const std::string& help = {}) {
-            json_.fail_at(member.line, member.column, what, help);
-            return nullptr;
-        };
-        const std::string& name = member.key;
-        const size_t dot = name.rfind('.');
-        if (dot == std::string::npos || dot == 0 || dot + 1 == name.size())
-            return fail(fmt::format(messages::kUnknownForm, name), messages::kUnknownFormHelp);
-        out->object = name.substr(0, dot);
-        out->uniform = name.substr(dot + 1);
-        int32_t component = -1;
-        if (const size_t bracket = out->uniform.find('['); bracket != std::string::npos) {
-            const std::string index = out->uniform.substr(bracket + 1);
-            if (index.size() < 2 || index.size() > 5 || index.back() != ']' ||
-                index.find_first_not_of("0123456789") != index.size() - 1)
-                return fail(fmt::format(messages::kUnknownForm, name), messages::kUnknownFormHelp);
-            component = std::atoi(index.c_str());
-            out->uniform.resize(bracket);
-        }
-        std::vector<std::string> objects;
-        const world::Object* object = nullptr;
-        size_t number = 0;
-        for (size_t i = 0; i < world_.objects.size(); ++i) {
-            objects.push_back(world_.objects[i].name);
-            if (objects.back() != out->object) continue;
-            object = &world_.objects[i];
-            number = i;
-        }
-        if (object == nullptr)
-            return fail(fmt::format(messages::kNoSuchObject, out->object),
-                        suggest(out->object, objects));
-        const auto placed = std::ranges::find_if(world_.build, [&](const world::Placement& of) {
-            return static_cast<size_t>(of.object) == number;
-        });
-        if (placed == world_.build.end())
-            return fail(fmt::format(messages::kNotPlaced, out->object), messages::kNotPlacedHelp);
-        for (const world::Placement& of : world_.build) {
-            const auto own = of.overrides.find(out->uniform);
-            if (static_cast<size_t>(of.object) != number || own == of.overrides.end()) continue;
-            return fail(fmt::format(messages::kPlacementsOwn, out->object, out->uniform,
-                                    own->second.location.line),
-                        messages::kPlacementsOwnHelp);
-        }
-        const openfab_fablet* fablet = fablet_of(*object);
-        std::vector<std::string> uniforms;
-        const openfab_uniform* found = nullptr;
-        for (int32_t i = 0; fablet != nullptr && i < fablet->uniform_count; ++i) {
-            uniforms.emplace_back(fablet->uniforms[i].name);
-            if (uniforms.back() == out->uniform) found = &fablet->uniforms[i];
-        }
-        if (found == nullptr)
-            return fail(fmt::format(messages::kNoSuchUniform, out->object, out->uniform),
-                        suggest(out->uniform, uniforms));
-        const part::BoundUniforms& bound =
-            bound_[static_cast<size_t>(placed - world_.build.begin())];
-        const int32_t count = found->components * found->array_length;
-        if (found->kind == OPENFAB_UNIFORM_MATERIAL && count == 1 && component < 0) return found;
-        if (found->kind != OPENFAB_UNIFORM_VALUE)
-            return fail(fmt::format(messages::kOfNoNumber, name, part::declaration(*found)),
-                        messages::kOfNoNumberHelp);
-        if (component >= count || (component < 0 && count > 1))
-            return fail(
-                fmt::format(messages::kComponents, name, part::declaration(*found)),
-                fmt::format(messages::kComponentsHelp, out->object, out->uniform, count - 1));
-        if (count > 1) out->component = component;
-        out->scalar = found->scalar;
-        for (int32_t k = 0; k < count; ++k)
-            out->now.push_back(number_of(bound.values[static_cast<size_t>(found->first_index + k)],
-                                         found->scalar));
-        return found;
-    }
-
-    void read_choices(const JsonMember& member, Unknown* out) {
-        const JsonMember* choices = member.value.find("choices");
-        if (choices == nullptr && out->scalar == OPENFAB_BOOL) {
-            out->choices = {"false", "true"};
-            return;
-        }
-        if (choices == nullptr)
-            return json_.fail(member.value, fmt::format(messages::kChoicesMissing, out->name),
-                              messages::kChoicesMissingHelp);
-        if (out->component >= 0)
-            return json_.fail(choices->value, messages::kChoicesOfComponent,
-                              messages::kChoicesOfComponentHelp);
-        for (const char* key : {"min", "max", "start"}) {
-            if (const JsonMember* other = member.value.find(key); other != nullptr)
-                return json_.fail_at(other->line, other->column,
-                                     fmt::format(messages::kBesideChoices, key));
-        }
-        const JsonValue& list = choices->value;
-        if (!list.is(JsonValue::Kind::kArray) || list.items.empty())
-            return json_.fail(list, messages::kChoicesNoList);
-        for (const JsonValue& item : list.items) {
-            std::string text = JsonText().value(item).take();
-            // A wrong one is told now, not when it is tried.
-            const Result<std::vector<part::BoundUniforms>> fits = part::bind_values(
-                world_, fablets_, {{out->object + "." + out->uniform + "=" + text}});
-            if (!fits) return json_.fail(item, fits.error().message, fits.error().help);
-            out->choices.push_back(std::move(text));
-        }
-    }
-
-    void read_range(const JsonValue& value, const openfab_uniform& declared,
-                    const std::string& what, Unknown* out) {
-        const double now = out->now[static_cast<size_t>(std::max(out->component, 0))];
-        const double limits[] = {declared.limits != nullptr ? declared.limits[0] : -kMost,
-                                 declared.limits != nullptr ? declared.limits[1] : kMost};
-        const auto bound = [&](const char* key, double limit) {
-            const JsonMember* member = value.find(key);
-            if (member != nullptr)
-                return json_.number(member->value, fmt::format("`{}` of {}", key, what), limits[0],
-                                    limits[1]);
-            if (!(std::abs(limit) < kMost))
-                json_.fail(value, fmt::format(messages::kNoBound, what, key),
-                           fmt::format(messages::kNoBoundHelp, key));
-            return limit;
-        };
-        out->min = bound("min", limits[0]);
-        out->max = bound("max", limits[1]);
-        if (!json_.ok()) return;
-        if (!(out->min < out->max))
-            return json_.fail(value, fmt::format(messages::kNoRoom, what, out->min, out->max),
-                              messages::kNoRoomHelp);
-        const JsonMember* start = value.find("start");
-        const bool inside = now >= out->min && now <= out->max;
-        out->start =
-            start != nullptr
-                ? json_.number(start->value, fmt::format("`start` of {}", what), out->min, out->max)
-            : inside ? now
-                     : (out->min + out->max) / 2;
-        if (out->scalar == OPENFAB_FLOAT) return;
-        // Whole numbers are searched through.
-        const double first = std::ceil(out->min), last = std::floor(out->max);
-        constexpr double kMostNumbers = 1000;
-        if (last < first || last - first >= kMostNumbers)
-            return json_.fail(value, fmt::format(messages::kWholeNumbers, what, out->min, out->max),
-                              messages::kWholeNumbersHelp);
-        if (out->component >= 0)
-            return json_.fail(value, messages::kChoicesOfComponent,
-                              messages::kChoicesOfComponentHelp);
-        for (double number = first; number <= last; ++number)
-            out->choices.push_back(fmt::format("{:.0f}", number));
-    }
-
     void read_list(const JsonValue& value) {
         if (!json_.ok()) return;
         if (!value.is(JsonValue::Kind::kArray) || value.items.empty())
@@ -290,17 +104,98 @@ class GoalsReader {
         Goal goal;
         goal.quantity = of->quantity;
         goal.location = {file_, value.line, value.column};
-        const std::string material = json_.string(which->value, fmt::format("`{}`", of->key));
+        const std::string what = json_.string(which->value, fmt::format("`{}`", of->key));
         if (!json_.ok()) return;
-        goal.material = material_of(which->value, material, goal.quantity);
-        goal.region = region_of(value);
+        if (of->command != nullptr) {
+            read_mechanics(value, *of, which->value, what, &goal);
+        } else {
+            goal.material = material_of(which->value, what, goal.quantity);
+            goal.region = region_of(value);
+            goal.name = goal.material < 0 ? of->name : fmt::format("{} of {}", of->name, what);
+            if (json_.ok() && out_.regions[goal.region].box_mm) goal.name += messages::kInBox;
+        }
+        check_belongs(value, *of);
         if (!json_.ok()) return;
-        goal.name = goal.material < 0 ? of->name : fmt::format("{} of {}", of->name, material);
-        if (out_.regions[goal.region].box_mm) goal.name += messages::kInBox;
         if (const JsonMember* name = value.find("name"); name != nullptr)
             goal.name = json_.string(name->value, "`name`");
         read_bounds(value, of->key, &goal);
         if (json_.ok()) out_.goals.push_back(std::move(goal));
+    }
+
+    /// Keys that say something of other quantities alone.
+    void check_belongs(const JsonValue& goal, const QuantityKey& of) {
+        const std::string command = of.command != nullptr ? of.command : "";
+        for (const auto& [key, fits] :
+             {std::pair("box_mm", command.empty() && of.quantity != Quantity::kCost),
+              std::pair("element_mm", !command.empty()), std::pair("cell_mm", command == "cell")}) {
+            const JsonMember* member = goal.find(key);
+            if (member != nullptr && !fits)
+                json_.fail_at(member->line, member->column,
+                              fmt::format(messages::kDoesNotBelong, key, of.key));
+        }
+    }
+
+    /// Makes the words of the mechanics that have the number, and where it is in what they write.
+    void read_mechanics(const JsonValue& value, const QuantityKey& of, const JsonValue& named,
+                        const std::string& what, Goal* goal) {
+        goal->name = fmt::format("{} of {}", of.name, what);
+        goal->solve = {of.command};
+        if (of.command == std::string("cell")) {
+            read_cell(value, of, named, what, goal);
+        } else {
+            check_case(named, what, of.quantity);
+            goal->solve.insert(goal->solve.end(), {"--case", what});
+        }
+        if (const JsonMember* element = value.find("element_mm"); element != nullptr) {
+            const double mm = json_.number(element->value, "`element_mm`", 1e-3, 1e3);
+            goal->solve.push_back(fmt::format("--voxel={}mm", mm));
+        }
+    }
+
+    void read_cell(const JsonValue& value, const QuantityKey& of, const JsonValue& named,
+                   const std::string& what, Goal* goal) {
+        const JsonMember* cell = value.find("cell_mm");
+        if (cell == nullptr)
+            return json_.fail(value, fmt::format(messages::kNoCell, of.key), messages::kNoCellHelp);
+        const std::vector<double> mm = json_.numbers(cell->value, "`cell_mm`", 3, 1e3);
+        if (!json_.ok()) return;
+        goal->solve.insert(goal->solve.end(),
+                           {"--cell", fmt::format("{}mmx{}mmx{}mm", mm[0], mm[1], mm[2])});
+        if (of.quantity == Quantity::kStiffness) {
+            const bool fits = what.size() == 2 && what[0] >= '1' && what[0] <= '6' &&
+                              what[1] >= '1' && what[1] <= '6';
+            if (!fits) return json_.fail(named, messages::kTensorEntry, messages::kTensorEntryHelp);
+            goal->entry = {what[0] - '1', what[1] - '1'};
+            return;
+        }
+        const std::vector<std::string> names = of.quantity == Quantity::kYoung
+                                                   ? std::vector<std::string>{"x", "y", "z"}
+                                                   : std::vector<std::string>{"xy", "yz", "zx"};
+        goal->entry[0] =
+            static_cast<int32_t>(json_.choice(named, fmt::format("`{}`", of.key), names));
+    }
+
+    void check_case(const JsonValue& named, const std::string& name, Quantity quantity) {
+        const Result<world::WorldEdit> world = world::WorldEdit::of_file(world_.file);
+        if (!world) return json_.fail_with(world.error());
+        const JsonMember* cases = world->tree().find("cases");
+        std::vector<std::string> names;
+        const JsonValue* found = nullptr;
+        if (cases != nullptr) {
+            for (const JsonMember& one : cases->value.members) {
+                names.push_back(one.key);
+                if (one.key == name) found = &one.value;
+            }
+        }
+        if (found == nullptr)
+            return json_.fail(named, fmt::format(messages::kNoSuchCase, name),
+                              suggest(name, names));
+        if (quantity != Quantity::kDeflection) return;
+        const JsonMember* loads = found->find("loads");
+        const bool one_force = loads != nullptr && loads->value.items.size() == 1 &&
+                               loads->value.items[0].find("force_N") != nullptr &&
+                               found->find("gravity_m_s2") == nullptr;
+        if (!one_force) json_.fail(named, messages::kOneForce, messages::kOneForceHelp);
     }
 
     int32_t material_of(const JsonValue& value, const std::string& name, Quantity quantity) {
@@ -323,7 +218,6 @@ class GoalsReader {
     size_t region_of(const JsonValue& goal) {
         program::SumRegion region;
         if (const JsonMember* box = goal.find("box_mm"); box != nullptr) {
-            if (goal.find("cost") != nullptr) json_.fail(box->value, messages::kCostInBox);
             if (!box->value.is(JsonValue::Kind::kArray) || box->value.items.size() != 2) {
                 json_.fail(box->value, messages::kBox, messages::kBoxHelp);
                 return 0;
@@ -354,10 +248,13 @@ class GoalsReader {
 
     void read_bounds(const JsonValue& value, const char* key, Goal* goal) {
         const double most = goal->quantity == Quantity::kShare ? 1 : kMost;
+        const bool signs =
+            goal->quantity == Quantity::kPoisson || goal->quantity == Quantity::kStiffness;
+        const double least = signs ? -most : 0;
         const auto read = [&](const char* name) -> std::optional<double> {
             const JsonMember* member = value.find(name);
             if (member == nullptr) return {};
-            return json_.number(member->value, fmt::format("`{}` of `{}`", name, key), 0, most);
+            return json_.number(member->value, fmt::format("`{}` of `{}`", name, key), least, most);
         };
         const std::optional<double> equal = read("equal");
         goal->wanted.at_least = read("at_least");
@@ -375,8 +272,8 @@ class GoalsReader {
             return json_.fail(value, fmt::format(messages::kNothingBetween, key,
                                                  *goal->wanted.at_least, *goal->wanted.at_most));
         // A thousandth of what is wanted; of a share of nothing, of the whole.
-        const double size =
-            std::max(goal->wanted.at_least.value_or(0), goal->wanted.at_most.value_or(0));
+        const double size = std::max(std::abs(goal->wanted.at_least.value_or(0)),
+                                     std::abs(goal->wanted.at_most.value_or(0)));
         goal->wanted.within = 1e-3 * (size > 0 ? size : 1);
         if (const JsonMember* within = value.find("within"); within != nullptr)
             goal->wanted.within = json_.number(within->value, "`within`", 1e-9, kMost);
@@ -396,7 +293,8 @@ class GoalsReader {
             for (size_t b = 0; b < a; ++b) {
                 const Goal& other = out_.goals[b];
                 if (other.quantity != goal.quantity || other.material != goal.material ||
-                    other.region != goal.region)
+                    other.region != goal.region || other.solve != goal.solve ||
+                    other.entry != goal.entry)
                     continue;
                 const double least = std::max(goal.wanted.at_least.value_or(-kMost),
                                               other.wanted.at_least.value_or(-kMost));
@@ -420,7 +318,6 @@ class GoalsReader {
     const std::string file_;
     const world::World& world_;
     const openfab_fablet_list& fablets_;
-    std::vector<part::BoundUniforms> bound_;
     Goals out_;
 };
 

@@ -35,14 +35,33 @@ struct Unknown {
     bool is_discrete() const { return !choices.empty(); }
 };
 
-enum class Quantity { kShare, kVolume, kWeight, kCost };
+/// The first four are amounts, which a print is counted for; the others are solved for by `openfab mechanics`.
+enum class Quantity {
+    kShare,
+    kVolume,
+    kWeight,
+    kCost,
+    kMoved,
+    kDeflection,
+    kWork,
+    kOhm,
+    kKelvinPerWatt,
+    kYoung,
+    kPoisson,
+    kStiffness,
+};
 
 struct Goal {
     std::string name;  ///< of tables and messages: its own, or such as `share of black`
     Quantity quantity = Quantity::kShare;
     int32_t material = -1;  ///< index in the world's materials; -1: all
     size_t region = 0;      ///< in Goals::regions
+    std::vector<std::string>
+        solve;  ///< words of `openfab mechanics` but the world and uniforms; none of an amount
+    std::array<int32_t, 2> entry{};  ///< of several numbers under one key
     Wanted wanted;
+
+    bool is_amount() const { return solve.empty(); }
     SourceLocation location;
 };
 

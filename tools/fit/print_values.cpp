@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "base/say.h"
@@ -57,6 +58,12 @@ Result<void> PrintValues::set_up(const driver::ScheduleOptions& schedules,
     auto kept = program::KeptPrint::create(print_, program_->fablets(), interrupt_);
     if (!kept) return kept.error();
     kept_ = std::move(*kept);
+    if (!std::ranges::all_of(goals_.goals, &Goal::is_amount)) {
+        auto mechanics =
+            MechanicsValues::create(print_, kept_->info(program::SumPitch::kPrinter).pitch_mm);
+        if (!mechanics) return mechanics.error();
+        mechanics_ = std::move(*mechanics);
+    }
     const auto paid = std::ranges::find(goals_.goals, Quantity::kCost, &Goal::quantity);
     if (paid == goals_.goals.end()) return {};
     const auto cost = cost_of(std::vector<double>(kept_->world().materials.size()));
@@ -101,6 +108,15 @@ double PrintValues::value_of(const Goal& goal, const std::vector<double>& ml) co
             const std::optional<pipeline::PrintCost> cost = cost_of(ml);
             return cost ? cost->money : 0;
         }
+        case Quantity::kMoved:
+        case Quantity::kDeflection:
+        case Quantity::kWork:
+        case Quantity::kOhm:
+        case Quantity::kKelvinPerWatt:
+        case Quantity::kYoung:
+        case Quantity::kPoisson:
+        case Quantity::kStiffness:
+            break;
     }
     return 0;
 }
@@ -149,13 +165,25 @@ std::vector<std::string> PrintValues::settings_of(const std::vector<double>& unk
 
 Result<std::vector<double>> PrintValues::searched(const std::vector<double>& unknowns) {
     if (const auto known = known_.find(unknowns); known != known_.end()) return known->second;
-    const bool costs = goals_.ask_cost();
-    const auto sums =
-        kept_->sums(settings_of(unknowns), goals_.regions, program::SumPitch::kCoarse, costs);
-    if (!sums) return sums.error();
+    const std::vector<std::string> settings = settings_of(unknowns);
+    std::vector<program::RegionSums> amounts;
+    if (!goals_.regions.empty()) {
+        auto sums =
+            kept_->sums(settings, goals_.regions, program::SumPitch::kCoarse, goals_.ask_cost());
+        if (!sums) return sums.error();
+        amounts = std::move(*sums);
+    }
     std::vector<double> values;
-    for (const Goal& goal : goals_.goals)
-        values.push_back(value_of(goal, mixed_ml((*sums)[goal.region])));
+    for (const Goal& goal : goals_.goals) {
+        if (goal.is_amount()) {
+            values.push_back(value_of(goal, mixed_ml(amounts[goal.region])));
+            continue;
+        }
+        const Result<double> solved =
+            mechanics_->value(goal, settings, MechanicsValues::Elements::kAsked);
+        if (!solved) return solved.error();
+        values.push_back(*solved);
+    }
     history_.push_back({unknowns, values});
     known_[unknowns] = values;
     show_progress();
@@ -176,13 +204,31 @@ void PrintValues::show_progress() const {
 }
 
 Result<PrintValues::Counted> PrintValues::count(const std::vector<double>& unknowns) {
-    const auto sums =
-        kept_->sums(settings_of(unknowns), goals_.regions, program::SumPitch::kPrinter, true);
-    if (!sums) return sums.error();
+    const std::vector<std::string> settings = settings_of(unknowns);
+    std::vector<program::RegionSums> amounts;
+    if (!goals_.regions.empty()) {
+        auto sums = kept_->sums(settings, goals_.regions, program::SumPitch::kPrinter, true);
+        if (!sums) return sums.error();
+        amounts = std::move(*sums);
+    }
     Counted out;
     for (const Goal& goal : goals_.goals) {
-        out.mixed.push_back(value_of(goal, mixed_ml((*sums)[goal.region])));
-        out.printed.push_back(value_of(goal, (*sums)[goal.region].printed_ml));
+        if (goal.is_amount()) {
+            out.mixed.push_back(value_of(goal, mixed_ml(amounts[goal.region])));
+            out.printed.push_back(value_of(goal, amounts[goal.region].printed_ml));
+            continue;
+        }
+        const Result<double> mixed =
+            mechanics_->value(goal, settings, MechanicsValues::Elements::kHalf);
+        if (!mixed) return mixed.error();
+        out.mixed.push_back(*mixed);
+        const Result<double> printed =
+            mechanics_->value(goal, settings, MechanicsValues::Elements::kPrinted);
+        if (!printed && printed.error().code == ErrorCode::kInterrupted) return printed.error();
+        if (!printed)
+            out.notes.push_back(
+                fmt::format(messages::kNotPrinted, goal.name, printed.error().message));
+        out.printed.push_back(printed ? *printed : std::numeric_limits<double>::quiet_NaN());
     }
     return out;
 }

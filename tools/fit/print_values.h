@@ -17,6 +17,7 @@
 #include "program/kept_print.h"
 #include "program/options.h"
 #include "tools/fit/goals.h"
+#include "tools/fit/mechanics_values.h"
 #include "tools/tuner/workload.h"
 
 namespace openfab::fit {
@@ -58,7 +59,8 @@ class PrintValues {
     Result<std::vector<double>> searched(const std::vector<double>& unknowns);
 
     struct Counted {
-        std::vector<double> mixed, printed;  ///< by goal
+        std::vector<double> mixed, printed;  ///< by goal; not a number where it is not known
+        std::vector<std::string> notes;
     };
     /// Prints to nowhere at the printer's own voxels, and counts mixtures and what is printed.
     Result<Counted> count(const std::vector<double>& unknowns);
@@ -79,6 +81,7 @@ class PrintValues {
     std::unique_ptr<tuner::Workload> workload_;
     std::unique_ptr<lower::LoadedProgram> program_;
     std::unique_ptr<program::KeptPrint> kept_;
+    std::unique_ptr<MechanicsValues> mechanics_;  ///< null where no goal asks
     std::map<std::vector<double>, std::vector<double>> known_;
     std::vector<Trial> history_;
 };

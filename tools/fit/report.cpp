@@ -38,6 +38,7 @@ std::string unknown_text(const Unknown& unknown, double value) {
 
 /// What a step from one number to another costs.
 std::string difference(double from, double to) {
+    if (std::isnan(to)) return "-";
     return from == to ? "0" : fmt::format("{:+.2g}", to - from);
 }
 
@@ -64,10 +65,12 @@ std::string fit_table(const Fit& fit) {
                                "not counted");
             continue;
         }
-        const bool met = std::abs(goal.wanted.beyond(numbers.printed)) <= 1;
+        const bool met = std::abs(goal.wanted.beyond(numbers.last())) <= 1;
+        const std::string printed =
+            std::isnan(numbers.printed) ? "not known" : fmt::format("{:.6g}", numbers.printed);
         out +=
-            fmt::format("{:<30}{:>14}{:>14.6g}{:>14.6g}{:>12}{:>12}{}\n", name, wanted,
-                        numbers.mixed, numbers.printed, difference(numbers.searched, numbers.mixed),
+            fmt::format("{:<30}{:>14}{:>14.6g}{:>14}{:>12}{:>12}{}\n", name, wanted, numbers.mixed,
+                        printed, difference(numbers.searched, numbers.mixed),
                         difference(numbers.mixed, numbers.printed), met ? "" : messages::kMissed);
     }
     std::string sets;
@@ -75,7 +78,9 @@ std::string fit_table(const Fit& fit) {
         const bool plain = setting.find_first_of(" \"'[]{}$`\\*?&|;<>()#~!") == std::string::npos;
         sets += plain ? " --set " + setting : " --set '" + setting + "'";
     }
-    out += fmt::format(messages::kEffort, fit.history.size(), fit.search_pitch,
+    const std::string on =
+        fit.goals.regions.empty() ? "" : fmt::format(messages::kSearchedOn, fit.search_pitch);
+    out += fmt::format(messages::kEffort, fit.history.size(), on,
                        format_seconds(fit.search_seconds), format_seconds(fit.set_up_seconds),
                        fit.rounds, fit.rounds == 1 ? "round" : "rounds");
     out += fmt::format(messages::kSets, printable(sets));
@@ -110,7 +115,7 @@ std::string fit_json(const Fit& fit) {
         w.member("within", goal.wanted.within).member("searched", numbers.searched);
         if (!fit.interrupted) {
             w.member("mixtures", numbers.mixed).member("printed", numbers.printed);
-            w.member("reached", std::abs(goal.wanted.beyond(numbers.printed)) <= 1);
+            w.member("reached", std::abs(goal.wanted.beyond(numbers.last())) <= 1);
         }
         w.end_object();
     }
