@@ -47,7 +47,7 @@ install(FILES ${CMAKE_BINARY_DIR}/install/overrides DESTINATION share/lintian/ov
 # To read: the library's sources, schedules to copy and change, the format of worlds.
 install(DIRECTORY stdlib schedules DESTINATION share/openfab FILES_MATCHING PATTERN "*.fl" PATTERN "*.sched")
 install(DIRECTORY world/printers DESTINATION share/openfab FILES_MATCHING PATTERN "*.json")
-install(FILES world/fab_world.schema.json backends/job/fab_job.schema.json backends/job/fab_receive_log.schema.json DESTINATION share/openfab)
+install(FILES world/fab_world.schema.json tools/fit/fab_fit.schema.json backends/job/fab_job.schema.json backends/job/fab_receive_log.schema.json DESTINATION share/openfab)
 install(FILES README.md compiler/OPENFL.md world/WORLDS.md docs/streaming.md docs/streaming_client.py
     DESTINATION share/doc/openfab)
 install(FILES schedules/README.md DESTINATION share/doc/openfab RENAME SCHEDULES.md)

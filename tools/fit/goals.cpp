@@ -11,6 +11,7 @@
 
 #include "base/json.h"
 #include "base/near_miss.h"
+#include "tools/fit/goal_keys.h"
 #include "tools/fit/messages.h"
 #include "tools/fit/unknowns.h"
 #include "world/edit/world_edit.h"
@@ -23,16 +24,6 @@ namespace {
 constexpr size_t kLargestGoals = size_t{1} << 20;
 constexpr double kMost = 1e30;
 constexpr const char* kAll = "all";
-
-const world::KeySet kRoot{
-    "fit", {"$schema", "openfab_fit", "unknowns", "goals"}, {"openfab_fit", "unknowns", "goals"}};
-const world::KeySet kGoal{
-    "goal",
-    {"name",          "share",    "volume_ml",      "weight_g",       "cost",      "moved_mm",
-     "deflection_mm", "work_Nmm", "resistance_ohm", "resistance_K_W", "young_MPa", "poisson",
-     "stiffness_MPa", "box_mm",   "element_mm",     "cell_mm",        "equal",     "at_most",
-     "at_least",      "aim",      "within"},
-    {}};
 
 struct QuantityKey {
     const char* key;
@@ -62,7 +53,7 @@ class GoalsReader {
         : json_(file), file_(std::move(file)), world_(world), fablets_(fablets) {}
 
     Result<Goals> read(const JsonValue& root, const std::vector<std::string>& settings) {
-        if (json_.object(root, kRoot, messages::kFile)) {
+        if (json_.object(root, kFileKeys, messages::kFile)) {
             const JsonValue& version = root.find("openfab_fit")->value;
             json_.integer(version, "`openfab_fit`", 1, 1);
             out_.unknowns = read_unknowns(root.find("unknowns")->value, file_, world_, fablets_,
@@ -86,7 +77,7 @@ class GoalsReader {
     }
 
     void read_goal(const JsonValue& value) {
-        if (!json_.object(value, kGoal, messages::kGoal)) return;
+        if (!json_.object(value, kGoalKeys, messages::kGoal)) return;
         const QuantityKey* of = nullptr;
         const JsonMember* which = nullptr;
         for (const QuantityKey& one : kQuantities) {
@@ -112,7 +103,10 @@ class GoalsReader {
             goal.material = material_of(which->value, what, goal.quantity);
             goal.region = region_of(value);
             goal.name = goal.material < 0 ? of->name : fmt::format("{} of {}", of->name, what);
-            if (json_.ok() && out_.regions[goal.region].box_mm) goal.name += messages::kInBox;
+            if (json_.ok() && out_.regions[goal.region].voxels.box_mm)
+                goal.name += messages::kInBox;
+            if (json_.ok() && !out_.regions[goal.region].object.empty())
+                goal.name += fmt::format(messages::kInObject, out_.regions[goal.region].object);
         }
         check_belongs(value, *of);
         if (!json_.ok()) return;
@@ -127,6 +121,7 @@ class GoalsReader {
         const std::string command = of.command != nullptr ? of.command : "";
         for (const auto& [key, fits] :
              {std::pair("box_mm", command.empty() && of.quantity != Quantity::kCost),
+              std::pair("object", command.empty() && of.quantity != Quantity::kCost),
               std::pair("element_mm", !command.empty()), std::pair("cell_mm", command == "cell")}) {
             const JsonMember* member = goal.find(key);
             if (member != nullptr && !fits)
@@ -216,7 +211,18 @@ class GoalsReader {
     }
 
     size_t region_of(const JsonValue& goal) {
-        program::SumRegion region;
+        Region region;
+        if (const JsonMember* object = goal.find("object"); object != nullptr) {
+            region.object = json_.string(object->value, "`object`");
+            std::vector<std::string> names;
+            for (const world::Placement& placed : world_.build)
+                names.push_back(world_.objects[static_cast<size_t>(placed.object)].name);
+            std::ranges::sort(names);
+            names.erase(std::ranges::unique(names).begin(), names.end());
+            if (json_.ok() && !std::ranges::binary_search(names, region.object))
+                json_.fail(object->value, fmt::format(messages::kNoSuchPlaced, region.object),
+                           suggest(region.object, names));
+        }
         if (const JsonMember* box = goal.find("box_mm"); box != nullptr) {
             if (!box->value.is(JsonValue::Kind::kArray) || box->value.items.size() != 2) {
                 json_.fail(box->value, messages::kBox, messages::kBoxHelp);
@@ -234,13 +240,14 @@ class GoalsReader {
                 json_.fail(box->value, messages::kBoxEmpty, messages::kBoxHelp);
                 return 0;
             }
-            region.box_mm = corners;
+            region.voxels.box_mm = corners;
         }
         for (size_t r = 0; r < out_.regions.size(); ++r) {
-            const std::optional<Box3d>& known = out_.regions[r].box_mm;
-            if (known.has_value() != region.box_mm.has_value()) continue;
-            if (!known || (known->lo == region.box_mm->lo && known->hi == region.box_mm->hi))
-                return r;
+            const std::optional<Box3d>& known = out_.regions[r].voxels.box_mm;
+            const std::optional<Box3d>& box = region.voxels.box_mm;
+            if (known.has_value() != box.has_value() || out_.regions[r].object != region.object)
+                continue;
+            if (!known || (known->lo == box->lo && known->hi == box->hi)) return r;
         }
         out_.regions.push_back(region);
         return out_.regions.size() - 1;

@@ -65,10 +65,16 @@ struct Goal {
     SourceLocation location;
 };
 
+/// Voxels that goals are about.
+struct Region {
+    program::SumRegion voxels;
+    std::string object;  ///< of this one alone, as if it had no others beside it; empty: of all
+};
+
 struct Goals {
     std::vector<Unknown> unknowns;
     std::vector<Goal> goals;
-    std::vector<program::SumRegion> regions;
+    std::vector<Region> regions;
 
     bool ask_cost() const;
 };

@@ -58,6 +58,14 @@ Result<void> PrintValues::set_up(const driver::ScheduleOptions& schedules,
     auto kept = program::KeptPrint::create(print_, program_->fablets(), interrupt_);
     if (!kept) return kept.error();
     kept_ = std::move(*kept);
+    for (const Region& region : goals_.regions) {
+        if (region.object.empty() || objects_.contains(region.object)) continue;
+        program::Options alone = print_;
+        alone.only_object = region.object;
+        auto object = program::KeptPrint::create(alone, program_->fablets(), interrupt_);
+        if (!object) return object.error();
+        objects_[region.object] = std::move(*object);
+    }
     if (!std::ranges::all_of(goals_.goals, &Goal::is_amount)) {
         auto mechanics =
             MechanicsValues::create(print_, kept_->info(program::SumPitch::kPrinter).pitch_mm);
@@ -78,6 +86,25 @@ Result<void> PrintValues::set_up(const driver::ScheduleOptions& schedules,
 double PrintValues::search_pitch() const {
     return kept_->info(program::SumPitch::kCoarse).pitch_mm.x /
            kept_->info(program::SumPitch::kPrinter).pitch_mm.x;
+}
+
+Result<std::vector<program::RegionSums>> PrintValues::amounts(
+    const std::vector<std::string>& settings, program::SumPitch pitch, bool printed) {
+    std::vector<program::RegionSums> out(goals_.regions.size());
+    std::map<std::string, std::vector<size_t>> by_object;
+    for (size_t r = 0; r < goals_.regions.size(); ++r)
+        by_object[goals_.regions[r].object].push_back(r);
+    for (const auto& [object, regions] : by_object) {
+        std::vector<program::SumRegion> asked;
+        for (const size_t r : regions)
+            asked.push_back(goals_.regions[r].voxels);
+        program::KeptPrint& print = object.empty() ? *kept_ : *objects_.at(object);
+        auto sums = print.sums(settings, asked, pitch, printed);
+        if (!sums) return sums.error();
+        for (size_t k = 0; k < regions.size(); ++k)
+            out[regions[k]] = std::move((*sums)[k]);
+    }
+    return out;
 }
 
 std::optional<pipeline::PrintCost> PrintValues::cost_of(const std::vector<double>& ml) const {
@@ -166,17 +193,12 @@ std::vector<std::string> PrintValues::settings_of(const std::vector<double>& unk
 Result<std::vector<double>> PrintValues::searched(const std::vector<double>& unknowns) {
     if (const auto known = known_.find(unknowns); known != known_.end()) return known->second;
     const std::vector<std::string> settings = settings_of(unknowns);
-    std::vector<program::RegionSums> amounts;
-    if (!goals_.regions.empty()) {
-        auto sums =
-            kept_->sums(settings, goals_.regions, program::SumPitch::kCoarse, goals_.ask_cost());
-        if (!sums) return sums.error();
-        amounts = std::move(*sums);
-    }
+    const auto amounts = this->amounts(settings, program::SumPitch::kCoarse, goals_.ask_cost());
+    if (!amounts) return amounts.error();
     std::vector<double> values;
     for (const Goal& goal : goals_.goals) {
         if (goal.is_amount()) {
-            values.push_back(value_of(goal, mixed_ml(amounts[goal.region])));
+            values.push_back(value_of(goal, mixed_ml((*amounts)[goal.region])));
             continue;
         }
         const Result<double> solved =
@@ -205,17 +227,13 @@ void PrintValues::show_progress() const {
 
 Result<PrintValues::Counted> PrintValues::count(const std::vector<double>& unknowns) {
     const std::vector<std::string> settings = settings_of(unknowns);
-    std::vector<program::RegionSums> amounts;
-    if (!goals_.regions.empty()) {
-        auto sums = kept_->sums(settings, goals_.regions, program::SumPitch::kPrinter, true);
-        if (!sums) return sums.error();
-        amounts = std::move(*sums);
-    }
+    const auto amounts = this->amounts(settings, program::SumPitch::kPrinter, true);
+    if (!amounts) return amounts.error();
     Counted out;
     for (const Goal& goal : goals_.goals) {
         if (goal.is_amount()) {
-            out.mixed.push_back(value_of(goal, mixed_ml(amounts[goal.region])));
-            out.printed.push_back(value_of(goal, amounts[goal.region].printed_ml));
+            out.mixed.push_back(value_of(goal, mixed_ml((*amounts)[goal.region])));
+            out.printed.push_back(value_of(goal, (*amounts)[goal.region].printed_ml));
             continue;
         }
         const Result<double> mixed =

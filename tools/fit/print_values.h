@@ -71,6 +71,9 @@ class PrintValues {
     Result<void> set_up(const driver::ScheduleOptions& schedules, const std::string& goals);
     std::optional<pipeline::PrintCost> cost_of(const std::vector<double>& ml) const;
     double value_of(const Goal& goal, const std::vector<double>& ml) const;
+    /// Returns the sums of all regions.
+    Result<std::vector<program::RegionSums>> amounts(const std::vector<std::string>& settings,
+                                                     program::SumPitch pitch, bool printed);
     std::vector<double> mixed_ml(const program::RegionSums& sums) const;
     void show_progress() const;
 
@@ -81,6 +84,7 @@ class PrintValues {
     std::unique_ptr<tuner::Workload> workload_;
     std::unique_ptr<lower::LoadedProgram> program_;
     std::unique_ptr<program::KeptPrint> kept_;
+    std::map<std::string, std::unique_ptr<program::KeptPrint>> objects_;  ///< of these alone
     std::unique_ptr<MechanicsValues> mechanics_;  ///< null where no goal asks
     std::map<std::vector<double>, std::vector<double>> known_;
     std::vector<Trial> history_;

@@ -64,7 +64,7 @@ class Searcher {
         SearchResult out;
         out.best = best_;
         out.interrupted = interrupted();
-        out.reached = is_reached(best_, wanted_);
+        out.reached = !best_.values.empty() && is_reached(best_, wanted_);
         return out;
     }
 
@@ -79,7 +79,10 @@ class Searcher {
     };
     using Method = std::unique_ptr<nlopt_opt_s, Destroy>;
 
-    bool interrupted() const { return options_.interrupt != nullptr && options_.interrupt->load(); }
+    /// Also where what makes the values was, which is a program at times.
+    bool interrupted() const {
+        return interrupted_ || (options_.interrupt != nullptr && options_.interrupt->load());
+    }
     bool stopped() const { return error_.has_value() || interrupted(); }
     /// A size by which values are of the order of 1.
     double size_of(size_t goal) const { return 1000 * wanted_[goal].within; }
@@ -92,7 +95,8 @@ class Searcher {
         }
         Result<std::vector<double>> found = values_(x);
         if (!found) {
-            if (found.error().code != ErrorCode::kInterrupted) error_ = found.error();
+            interrupted_ = found.error().code == ErrorCode::kInterrupted;
+            if (!interrupted_) error_ = found.error();
             if (method_ != nullptr) nlopt_force_stop(method_.get());
             return nullptr;
         }
@@ -264,6 +268,7 @@ class Searcher {
     Method method_;
     Point last_, best_;
     std::optional<Error> error_;
+    bool interrupted_ = false;
 };
 
 }  // namespace

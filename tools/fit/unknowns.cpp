@@ -13,6 +13,7 @@
 #include "base/json_text.h"
 #include "base/near_miss.h"
 #include "runtime/part/bind.h"
+#include "tools/fit/goal_keys.h"
 #include "tools/fit/messages.h"
 
 namespace openfab::fit {
@@ -20,7 +21,6 @@ namespace openfab::fit {
 namespace {
 
 constexpr double kFarthest = 1e30;
-const world::KeySet kUnknown{"unknown", {"min", "max", "start", "choices"}, {}};
 
 double number_of(uint32_t bits, openfab_scalar_type scalar) {
     switch (scalar) {
@@ -59,7 +59,7 @@ class UnknownsReader {
             const openfab_uniform* declared = find_uniform(member, &unknown);
             if (declared == nullptr) return;
             const std::string what = fmt::format("`{}`", member.key);
-            if (!json_.object(member.value, kUnknown, what)) return;
+            if (!json_.object(member.value, kUnknownKeys, what)) return;
             if (member.value.find("choices") != nullptr || unknown.scalar == OPENFAB_BOOL ||
                 declared->kind == OPENFAB_UNIFORM_MATERIAL) {
                 read_choices(member, &unknown);

@@ -159,6 +159,28 @@ TEST_F(FitTest, AMovingFaceCountsInItsBox) {
     EXPECT_NEAR(unknown(found, "thing.edge"), 1.5, 0.05 + 0.025);
 }
 
+TEST_F(FitTest, AnObjectIsCountedAlone) {
+    // Beside a block of light resin alone, of the same size.
+    std::string world = kWorld;
+    const auto put = [&](const std::string& after, const std::string& text) {
+        world.insert(world.find(after) + after.size(), text);
+    };
+    put(R"("objects": {)", R"("other": {"mesh": "block", "fablet": "mix",
+        "uniforms": {"t": 0, "a": "heavy", "b": "light"}}, )");
+    put(R"("build": [)", R"({"object": "other", "translate_mm": [20, 0, 0]}, )");
+    folder_.write("w.fab.json", world);
+    const JsonValue found = fit(R"("thing.t": {"min": 0, "max": 1})",
+                                R"({"share": "heavy", "object": "thing", "equal": 0.3})");
+    EXPECT_NEAR(unknown(found, "thing.t"), 0.3, 1e-3 * 0.3);
+    const JsonValue both =
+        fit(R"("thing.t": {"min": 0, "max": 1})", R"({"share": "heavy", "equal": 0.3})");
+    EXPECT_NEAR(unknown(both, "thing.t"), 0.6, 1e-3 * 0.6);
+    write_goals(R"("thing.t": {"min": 0, "max": 1})",
+                R"({"share": "heavy", "object": "othr", "equal": 0.3})");
+    EXPECT_THAT(openfab({"fit", path("w.fab.json"), path("goals.json")}).err,
+                HasSubstr("did you mean `other`?"));
+}
+
 TEST_F(FitTest, ChoicesAreTried) {
     const JsonValue rings = fit(R"("thing.rings": {"min": 4, "max": 9})",
                                 R"({"share": "heavy", "equal": 0.7, "within": 0.01})");
@@ -217,6 +239,23 @@ TEST_F(FitTest, ThreadsChangeNothing) {
     const std::string one = with("1");
     EXPECT_EQ(one, with("2"));
     EXPECT_THAT(one, HasSubstr("evaluation,\"thing.t\",\"thing.pair[0]\",\"share of heavy\""));
+}
+
+TEST_F(FitTest, AnInterruptKeepsTheBest) {
+    // Two goals that no value meets, so that it would search for long.
+    write_goals(R"("thing.t": {"min": 0, "max": 1}, "thing.pair[0]": {"min": 0.1, "max": 0.5})",
+                R"({"share": "heavy", "equal": 0.3}, {"weight_g": "all", "equal": 0.3})");
+    RunOptions options;
+    options.interrupt_when = [](int, const Outcome& so_far) {
+        return so_far.err.find("100 evaluations") != std::string::npos;
+    };
+    const Outcome ended = openfab({"fit", path("w.fab.json"), path("goals.json"), "--voxel",
+                                   "0.05mm", "-o", path("best.fab.json")},
+                                  options);
+    EXPECT_EQ(ended.exit_code, 130) << ended.err;
+    EXPECT_THAT(ended.err, Says(fit::messages::kInterruptedBest));
+    EXPECT_THAT(ended.out, HasSubstr("not counted"));
+    EXPECT_THAT(read_file(folder_ / "best.fab.json"), HasSubstr("\"pair\": ["));
 }
 
 TEST_F(FitTest, StepsAreTold) {

@@ -134,6 +134,23 @@ TEST(Search, AnInterruptKeepsTheBest) {
     EXPECT_FALSE(asked.result.best.x.empty());
 }
 
+TEST(Search, AnInterruptOfWhatMakesTheValuesEndsItToo) {
+    for (const int32_t after : {0, 3}) {
+        int32_t times = 0;
+        const Values values = [&](std::span<const double> x) -> Result<std::vector<double>> {
+            if (times++ >= after) return Error{ErrorCode::kInterrupted, "", "", {}};
+            return std::vector<double>{x[0]};
+        };
+        const std::vector<Wanted> wanted{equal(2.0)};
+        const Result<SearchResult> result = search_unknowns({0.5}, wanted, values, {});
+        ASSERT_TRUE(result);
+        EXPECT_TRUE(result->interrupted);
+        EXPECT_FALSE(result->reached);
+        EXPECT_EQ(result->best.x.empty(), after == 0);
+        EXPECT_EQ(times, after + 1);
+    }
+}
+
 TEST(Search, AnErrorEndsIt) {
     const Values values = [](std::span<const double>) -> Result<std::vector<double>> {
         return user_error("no such voxel");
