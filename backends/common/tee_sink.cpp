@@ -3,6 +3,7 @@
 #include "backends/common/tee_sink.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <utility>
 
@@ -65,6 +66,13 @@ Result<void> TeeSink::finish(const pipeline::PrintTotals& totals) {
     return result;
 }
 
+namespace {
+
+typedef uint8_t Bytes __attribute__((vector_size(16)));
+constexpr int32_t kLanes = 16;
+
+}  // namespace
+
 void unpack_row(const pipeline::SliceView& slice, int32_t y, int32_t bits, uint8_t* codes) {
     const uint8_t* row = slice.data + static_cast<size_t>(y) * slice.row_bytes;
     if (bits == 8) {
@@ -72,7 +80,19 @@ void unpack_row(const pipeline::SliceView& slice, int32_t y, int32_t bits, uint8
         return;
     }
     const int32_t pairs = slice.width / 2;
-    for (int32_t i = 0; i < pairs; ++i) {
+    int32_t i = 0;
+    for (; i + kLanes <= pairs; i += kLanes) {
+        Bytes packed;
+        std::memcpy(&packed, row + i, sizeof packed);
+        const Bytes low = packed & 15, high = packed >> 4;
+        const std::array<Bytes, 2> both{
+            __builtin_shufflevector(low, high, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7,
+                                    23),
+            __builtin_shufflevector(low, high, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30,
+                                    15, 31)};
+        std::memcpy(codes + 2 * static_cast<size_t>(i), both.data(), sizeof both);
+    }
+    for (; i < pairs; ++i) {
         codes[2 * i] = row[i] & 15;
         codes[2 * i + 1] = row[i] >> 4;
     }

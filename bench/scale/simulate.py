@@ -7,6 +7,10 @@
 
 COSTS.json is written by `DistributedPrint.save_costs`. The package's own code cuts the shares, or all have `--fixed`
 slabs. Scheduler, link and writer are queues with one server each; a worker sets up before its first share.
+
+With `--shards` there is no writer: workers write slabs into one store of Zarr, each before it goes on. `--parts` of the
+print are cut as by `openfab print --part`, and taken in order, each by a process of its own; without them whoever is free takes
+the next slab. The rate is that of the store, of which all who write have equal shares.
 """
 
 from __future__ import annotations
@@ -65,6 +69,61 @@ class Outcome:
 def simulate(seconds: NDArray[np.float64], size: NDArray[np.float64], place: Place) -> Outcome:
     """Replays a print from the seconds and bytes of its slabs."""
     return _Replay(seconds, size, place).run()
+
+
+def part_of(slabs: int, part: int, parts: int) -> tuple[int, int]:
+    """Returns the slabs of a part, from 0, as `--part` cuts them."""
+    return slabs * part // parts, slabs * (part + 1) // parts
+
+
+def simulate_shards(seconds: NDArray[np.float64], size: NDArray[np.float64], place: Place, parts: int = 0) -> Outcome:
+    """Replays a print whose workers write their own shards into one store.
+
+    Parts are taken in order by whoever is free, and each is set up anew, as the tasks of a job array are. With 0 parts
+    a worker is set up once, and takes slab by slab.
+    """
+    cut = [part_of(len(seconds), part, parts) for part in range(parts)] or [(slab, slab + 1) for slab in range(len(seconds))]
+    waiting = [one for one in cut if one[0] < one[1]][::-1]
+    shares = len(waiting)
+    at: dict[int, tuple[int, int]] = {}  # of each worker its slab, and the end of its part
+    printed: list[tuple[float, int]] = []
+
+    def take(worker: int, now: float, is_first: bool) -> None:
+        slab, end = at.get(worker, (0, 0))
+        if slab == end:
+            if not waiting:
+                return
+            slab, end = waiting.pop()
+            now += place.set_up_seconds if is_first or parts else 0
+        at[worker] = (slab, end)
+        heapq.heappush(printed, (now + float(seconds[slab]), worker))
+
+    for worker in range(place.workers):
+        take(worker, 0, True)
+    now = written = 0.0  # `written`: the bytes of one that has written from the beginning on
+    writing: list[tuple[float, int]] = []  # at which value of `written` a worker's slab is there
+    held = most_held = 0.0
+    while printed or writing:
+        rate = place.bytes_per_second / max(len(writing), 1)
+        there = now + (writing[0][0] - written) / rate if writing else float("inf")
+        then = min(there, printed[0][0] if printed else float("inf"))
+        written += (then - now) * rate if writing and then > now else 0
+        now = then
+        if there <= now:
+            written, worker = max(written, writing[0][0]), heapq.heappop(writing)[1]
+            slab, end = at[worker]
+            held -= float(size[slab])
+            at[worker] = (slab + 1, end)
+            take(worker, now, False)
+        else:
+            worker = heapq.heappop(printed)[1]
+            made = float(size[at[worker][0]])
+            heapq.heappush(writing, (written + made, worker))
+            held += made
+            most_held = max(most_held, held)
+    total = float(seconds.sum())
+    busy = float(size.sum()) / place.bytes_per_second / now
+    return Outcome(now, total / (now * place.workers), shares, 0.0, busy, most_held)
 
 
 class _Replay:
@@ -183,9 +242,13 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=500e6, help="bytes a second to the output")
     parser.add_argument("--in-flight", type=int, default=0)
     parser.add_argument("--fixed", type=int, default=0, help="slabs of each share")
+    parser.add_argument("--shards", action="store_true", help="workers write their own shards into one store")
+    parser.add_argument("--parts", type=int, default=0, help="with --shards: processes that each print a part")
+    parser.add_argument("--bytes", type=float, default=1, help="each slab so many times as large, as in another format")
     words = parser.parse_args()
     data = json.loads(words.costs.read_text(encoding="utf-8"))
     seconds, size = slabs_of(data, words.slabs, words.times)
+    size = size * words.bytes
     set_up = data["set_up_seconds"] if words.set_up is None else words.set_up
     total = f"{seconds.sum():.0f} s of a processor, {size.sum() / 1e6:.0f} MB"
     print(f"{len(seconds)} slabs, {total}, set-up {set_up:.2f} s")
@@ -193,7 +256,7 @@ def main() -> None:
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for workers in map(int, words.workers.split(",")):
         place = Place(workers, set_up, words.task, words.rate, words.in_flight, words.fixed)
-        one = simulate(seconds, size, place)
+        one = simulate_shards(seconds, size, place, words.parts) if words.shards else simulate(seconds, size, place)
         print(
             f"| {workers} | {one.seconds:.1f} | {one.efficiency:.2f} | {one.shares} | {one.scheduler_busy:.2f} | "
             f"{one.output_busy:.2f} | {one.most_held_bytes / 1e6:.0f} | {one.bound(len(seconds), workers)} |"

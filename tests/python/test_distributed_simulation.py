@@ -77,6 +77,33 @@ def test_cuts_by_cost_beat_equal_ones_where_slabs_differ() -> None:
     assert by_cost.efficiency > 0.85 > equal.efficiency
 
 
+def test_shards_of_equal_parts_take_what_they_take() -> None:
+    seconds, size = np.full(64, 2.0), np.full(64, 1e6)
+    for parts in (0, 8):
+        one = simulate.simulate_shards(seconds, size, simulate.Place(8, set_up_seconds=4), parts)
+        assert one.seconds == pytest.approx(4 + 8 * 2.0) and one.efficiency == pytest.approx(16 / 20)
+    # Two parts a worker are set up twice.
+    one = simulate.simulate_shards(seconds, size, simulate.Place(8, set_up_seconds=4), 16)
+    assert one.seconds == pytest.approx(2 * 4 + 8 * 2.0) and one.shares == 16
+
+
+def test_parts_wait_for_the_slowest_and_slabs_do_not() -> None:
+    seconds = np.concatenate([np.full(8, 1.0), np.full(8, 3.0)])
+    place = simulate.Place(2)
+    assert simulate.simulate_shards(seconds, np.zeros(16), place, 2).seconds == pytest.approx(24)
+    assert simulate.simulate_shards(seconds, np.zeros(16), place).seconds == pytest.approx(16)
+
+
+def test_all_who_write_share_the_store() -> None:
+    # Four slabs at once, 1 MB each, at 2 MB/s together: 2 s; then the next four, as each has waited for its own.
+    one = simulate.simulate_shards(np.full(8, 1.0), np.full(8, 1e6), simulate.Place(4, bytes_per_second=2e6))
+    assert one.seconds == pytest.approx(1 + 2 + 1 + 2) and one.output_busy == pytest.approx(4 / 6)
+    assert one.most_held_bytes == pytest.approx(4e6)
+    # One alone has all of it: 1 s + 0.5 s, and a second that prints for 1.2 s then shares from there on.
+    one = simulate.simulate_shards(np.array([1, 1.2]), np.full(2, 1e6), simulate.Place(2, bytes_per_second=2e6))
+    assert one.seconds == pytest.approx(1 + 2e6 / 2e6)
+
+
 def test_it_reads_what_a_print_wrote(tmp_path: Path) -> None:
     shares = [
         {"first": 5, "end": 7, "seconds": 3.0, "processor_seconds": 2.0, "bytes": 400, "worker": "a"},
