@@ -83,6 +83,10 @@ Result<void> validate_output(const OutputOptions& o) {
         return usage_error(
             fmt::format(messages::kNoSuchFormat, o.format, backends::format_names()));
     }
+    if (o.fractions_file.ends_with(".zarr")) {
+        const std::string npy = o.fractions_file.substr(0, o.fractions_file.size() - 4) + "npy";
+        return usage_error(fmt::format(messages::kFractionsNoZarr, o.fractions_file, npy));
+    }
     if (o.fractions_file.ends_with(".vdb")) {
         const std::string npy = o.fractions_file.substr(0, o.fractions_file.size() - 3) + "npy";
         return usage_error(fmt::format(messages::kFractionsNoVdb, o.fractions_file, npy));

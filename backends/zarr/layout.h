@@ -10,6 +10,7 @@
 //                           and 1 of their slices; coarser ones have 8 of their own slices a shard. No file: void
 //   openfab/zarr.json       an empty group
 //   openfab/A-B.list        shards that the writer of slices A to B has finished (shard_list.h): these alone count
+//   openfab/complete.lock   empty; who has its lock makes the coarse levels
 //   openfab/manifest.json   of a whole print: its hash, its volumes, digests of the shards of coarse levels
 //
 // A chunk has 128 x 128 voxels and the slices of its shard, compressed by zstd with its checksum; a chunk of void is

@@ -48,7 +48,7 @@ Result<Shard> open_store(const std::string& path, int64_t memory_bytes) {
     if (totals) return Shard{path, (*print)->info(), *totals, std::move(*print)};
     const Result<std::string> missing = missing_in_store(path);
     if (!missing) return missing.error();
-    return with_resume_hint(user_error(fmt::format(messages::kStoreLacksSlices, path, *missing)));
+    return user_error(fmt::format(messages::kStoreLacksSlices, path, *missing));
 }
 
 Result<std::vector<Shard>> open_shards(const std::vector<std::string>& files,

@@ -123,7 +123,6 @@ TEST_F(ZarrPrint, StoresOfPartsAreMergedAsFilesAre) {
     merged = tool({"merge", path("high.zarr"), path("low.zarr"), "-o", path("c.ofr")});
     EXPECT_EQ(merged.exit_code, 1);
     EXPECT_THAT(merged.err, Says(tools::messages::kStoreLacksSlices));
-    EXPECT_THAT(merged.err, Says(tools::messages::kCompleteItWithResume));
     EXPECT_FALSE(fs::exists(path("c.ofr")));
 }
 
@@ -148,6 +147,14 @@ TEST_F(ZarrPrint, IsVerifiedShardByShard) {
     refused(tools::messages::kStoreWithoutManifest);
     EXPECT_EQ(print({"-o", store, "--resume"}).exit_code, 0);
     EXPECT_EQ(tool({"verify", store}).exit_code, 0);
+}
+
+TEST_F(ZarrPrint, FractionsAreNoStore) {
+    const Outcome refused = print({"--fractions", path("f.zarr")});
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err,
+                Says(program::messages::kFractionsNoZarr, path("f.zarr"), path("f.npy")));
+    EXPECT_FALSE(fs::exists(path("f.zarr")));
 }
 
 TEST_F(ZarrPrint, AFullStoreIsNamedAndGoesOnOnceThereIsRoom) {
