@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <set>
 
+#include "abi/element_name.h"
 #include "program/messages.h"
 
 namespace openfab::program {
@@ -39,17 +40,24 @@ Result<pipeline::Rates> find_rates(const Job& job, const std::vector<std::string
     for (const std::string& name : names) {
         const size_t dot = name.rfind('.');
         const std::string object = name.substr(0, dot);
-        const std::string uniform = dot == std::string::npos ? "" : name.substr(dot + 1);
+        const abi::Element element =
+            abi::element_of(dot == std::string::npos ? "" : name.substr(dot + 1));
         const openfab_uniform* declared = nullptr;
+        abi::Numbers numbers;
         bool placed = false;
         for (size_t i = 0; i < parts.size(); ++i) {
             if (parts[i].name != object) continue;
             placed = true;
-            declared = find_uniform(*parts[i].fablet, uniform);
+            declared = find_uniform(*parts[i].fablet, element.name);
             if (declared == nullptr) break;
+            if (element.index >= declared->array_length)
+                return no_derivative(
+                    name, fmt::format(messages::kRateBeyond, element.name, declared->array_length));
+            numbers = abi::numbers_of(element, declared->components, declared->array_length);
             const std::span<const int32_t> directions = directions_of(*parts[i].fablet);
-            for (int32_t k = 0; k < declared->components * declared->array_length; ++k) {
-                const auto at = std::ranges::find(directions, declared->first_index + k);
+            for (int32_t k = 0; k < numbers.count; ++k) {
+                const auto at =
+                    std::ranges::find(directions, declared->first_index + numbers.first + k);
                 if (at == directions.end())
                     return no_derivative(name,
                                          fmt::format(messages::kRateOfType, declared->type_name));
@@ -58,10 +66,10 @@ Result<pipeline::Rates> find_rates(const Job& job, const std::vector<std::string
         }
         if (!placed) return no_derivative(name, fmt::format(messages::kRateOfNone, object));
         if (declared == nullptr)
-            return no_derivative(name, fmt::format(messages::kRateUndeclared, uniform));
-        columns->push_back(
-            {name, out.columns, declared->components, declared->array_length, declared->type_name});
-        out.columns += declared->components * declared->array_length;
+            return no_derivative(name, fmt::format(messages::kRateUndeclared, element.name));
+        columns->push_back({name, out.columns, declared->components,
+                            element.index < 0 ? declared->array_length : 1, declared->type_name});
+        out.columns += numbers.count;
     }
     return out;
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "abi/element_name.h"
 #include "compiler/passes/find_jumps.h"
 #include "compiler/passes/form_jacobian.h"
 
@@ -58,25 +59,32 @@ void warn_of_jumps(const ir::Fablet& fablet, diag::Sink* sink) {
 
 bool differentiate(const std::vector<std::string>& names, ir::Fablet* fablet,
                    std::vector<int32_t>* directions, diag::Sink* sink) {
-    for (const std::string& name : names) {
+    for (const std::string& asked : names) {
+        const abi::Element element = abi::element_of(asked);
+        const std::string& name = element.name;
         const auto found = std::ranges::find(fablet->uniforms, name, &ir::Uniform::name);
         if (found == fablet->uniforms.end()) continue;
         const ir::Uniform& uniform = *found;
+        if (element.index >= uniform.array_length) continue;
         if (uniform.kind != OPENFAB_UNIFORM_VALUE || uniform.type != ir::Type::kFloat) {
             sink->report(uniform.span, diag::kNoDerivative,
                          fmt::format("the fractions by `{}`, a `{}`", name, uniform.type_name))
                 .help("there are those by uniforms of floats, their vectors, matrices and arrays");
             return false;
         }
-        for (int32_t k = 0; k < uniform.components * uniform.array_length; ++k)
-            directions->push_back(uniform.first_index + k);
+        const abi::Numbers numbers =
+            abi::numbers_of(element, uniform.components, uniform.array_length);
+        for (int32_t k = 0; k < numbers.count; ++k)
+            directions->push_back(uniform.first_index + numbers.first + k);
     }
     if (directions->empty()) return true;
     if (directions->size() > passes::kMostDirections) {
         sink->report(fablet->span, diag::kTooComplex,
                      fmt::format("derivatives of `{}` by {} numbers at once; the limit is {}",
                                  fablet->name, directions->size(), passes::kMostDirections))
-            .help("ask for some of the uniforms, then for the others");
+            .help(
+                "ask for some of the uniforms, then for the others; of an array for elements, as "
+                "`table[3]`");
         return false;
     }
     std::vector<passes::Direction> wanted;

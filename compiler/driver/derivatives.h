@@ -13,7 +13,7 @@
 
 namespace openfab::driver {
 
-/// Replaces the volume of a fablet that declares uniforms of these names by one with derivatives
+/// Replaces the volume of a fablet that declares uniforms of these names (abi/element_name.h) by one with derivatives
 /// (passes/form_jacobian.h), and says in which directions, by the indices of floats among the uniform values, one
 /// uniform after the other in the order of the names. Returns false after errors.
 bool differentiate(const std::vector<std::string>& names, ir::Fablet* fablet,

@@ -214,6 +214,10 @@ ValueId ChangeCarrier::differentiate(ValueId id, size_t direction) {
         const ValueId bits = builder_.bit_cast(change, Type::kUint);
         return builder_.bit_cast(builder_.emit(Op::kBitXor, {bits, sign}), Type::kFloat);
     }
+    if (old.op == Op::kPick) {
+        if (const ValueId change = differentiate_pick(old, direction); change != kNoValue)
+            return change;
+    }
     if (old.op == Op::kPow)
         return still_at_rest(old, direction, differentiate_power(id, direction));
     const Instr copy = builder_.instr(values_[id]);
@@ -223,6 +227,26 @@ ValueId ChangeCarrier::differentiate(ValueId id, size_t direction) {
     const ValueId change =
         functions::differentiate(values_[id], copy, changes, functions::AtZero::kZero, &builder_);
     return still_at_rest(old, direction, change);
+}
+
+/// A Pick of which one element changes, such as a number of an array of uniforms: a comparison instead of a table with one
+/// number in it. kNoValue where more do.
+ValueId ChangeCarrier::differentiate_pick(const Instr& pick, size_t direction) {
+    size_t only = 0;
+    for (size_t k = 1; k < pick.args.size(); ++k) {
+        if (changes_[direction][pick.args[k]] == kNoValue) continue;
+        if (only != 0) return kNoValue;
+        only = k;
+    }
+    const size_t last = pick.args.size() - 1;
+    if (only == 0 || last == 1) return kNoValue;
+    const ValueId index = values_[pick.args[0]];
+    const auto number = static_cast<uint32_t>(only - 1);
+    // An index that names no element names the nearest.
+    const Op is = only == 1 ? Op::kLe : only == last ? Op::kGe : Op::kEq;
+    const ValueId here =
+        builder_.emit(is, {index, builder_.constant(builder_.type(index), number)});
+    return builder_.select(here, changes_[direction][pick.args[only]], builder_.constant(0.0f));
 }
 
 /// x^y where x may be 0, as behind a `max`.

@@ -187,7 +187,7 @@ def sample(
         `jacobian`, which knows no other.
     jacobian : str or sequence of str, optional
         Uniforms by which the fractions are differentiated, too, as `OBJECT.UNIFORM`: floats, their vectors, matrices and
-        arrays, of at most 16 numbers in each fablet. A step or a branch has the derivative of what it takes, so that a
+        arrays, of at most 16 numbers in each fablet; one element of an array is `OBJECT.UNIFORM[3]`. A step or a branch has the derivative of what it takes, so that a
         fraction that jumps has the derivative 0: `openflc check --derivatives` says where. All placements of the object
         count.
     uniforms : mapping of str to Any, optional

@@ -48,14 +48,22 @@ void write_fractions(const dither::RowBand& band, int32_t slab, uint8_t slices, 
 void write_rates(const volume::RowRates& rates, int32_t slab, int32_t row, uint8_t slices,
                  const Vec3i& size, FractionSink* sink) {
     const size_t per_voxel = rates.per_voxel();
-    std::vector<float> line(static_cast<size_t>(size.x) * per_voxel);
+    const size_t per_line = static_cast<size_t>(size.x) * per_voxel;
+    std::vector<float> lines(8 * per_line);
     for (int32_t y = 0; y < std::min(8, size.y - 8 * row); ++y) {
+        for (int32_t x = 0; x < size.x; ++x) {
+            const float* from = rates.at(x, y, 0);
+            float* to = &lines[static_cast<size_t>(x) * per_voxel];
+            for (size_t number = 0; number < per_voxel; ++number) {
+                for (size_t z = 0; z < 8; ++z)
+                    to[z * per_line + number] = from[8 * number + z];
+            }
+        }
         for (int32_t z = 0; z < 8; ++z) {
             if ((slices >> z & 1) == 0) continue;
-            for (int32_t x = 0; x < size.x; ++x)
-                std::copy_n(rates.at(x, y, z), per_voxel,
-                            &line[static_cast<size_t>(x) * per_voxel]);
-            sink->write_rates(8 * slab + z, 8 * row + y, 0, line);
+            sink->write_rates(
+                8 * slab + z, 8 * row + y, 0,
+                std::span(lines).subspan(static_cast<size_t>(z) * per_line, per_line));
         }
     }
 }

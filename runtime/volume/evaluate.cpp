@@ -214,16 +214,15 @@ void BlockEvaluator::take_rates(const PlacedPart& part, int32_t first, int32_t c
                 const int32_t material = part.part->slot_material[static_cast<size_t>(slot)];
                 if (material == 0) continue;
                 const int32_t state = 1 + slots * (1 + static_cast<int32_t>(k)) + slot;
-                const uint32_t* from =
-                    segments_.state(state) + static_cast<size_t>(i) * kBlockValues;
+                const auto* from = reinterpret_cast<const float*>(segments_.state(state)) +
+                                   static_cast<size_t>(i) * kBlockValues;
                 const int32_t to = rate_columns[k] * rates->materials + material - 1;
-                for (int32_t column = 0; column < 64; ++column) {
-                    for (uint32_t left = block.owned[static_cast<size_t>(column)]; left != 0;
-                         left &= left - 1) {
-                        const int32_t z = std::countr_zero(left);
-                        const float rate = std::bit_cast<float>(from[8 * column + z]);
-                        rates->at(8 * block.block + column % 8, column / 8, z)[to] += rate;
-                    }
+                for (int32_t column = 0; column < 64; ++column, from += 8) {
+                    const uint8_t owned = block.owned[static_cast<size_t>(column)];
+                    if (owned == 0) continue;
+                    float* sums = rates->at(8 * block.block + column % 8, column / 8, to);
+                    for (int32_t z = 0; z < 8; ++z)
+                        sums[z] += (owned >> z & 1) != 0 ? from[z] : 0.0f;
                 }
             }
         }

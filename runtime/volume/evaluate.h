@@ -57,7 +57,7 @@ struct RowRates {
     int32_t width = 0;          ///< voxels
     int32_t materials = 0;      ///< of the model
     int32_t columns = 0;        ///< uniforms' numbers
-    std::vector<float> values;  ///< [y 8][x][z 8][column][material]
+    std::vector<float> values;  ///< [y 8][x][column][material][z 8]
     bool any = false;           ///< whether there is more than zeros
 
     size_t per_voxel() const {
@@ -65,14 +65,17 @@ struct RowRates {
     }
     /// Makes all 0.
     void reset(int32_t width_vox, int32_t material_count, int32_t column_count);
-    float* at(int32_t x, int32_t y, int32_t z) { return &values[index(x, y, z)]; }
-    const float* at(int32_t x, int32_t y, int32_t z) const { return &values[index(x, y, z)]; }
+    /// Returns the 8 values of a number, column * materials + material, in a column of voxels.
+    float* at(int32_t x, int32_t y, int32_t number) { return &values[index(x, y, number)]; }
+    const float* at(int32_t x, int32_t y, int32_t number) const {
+        return &values[index(x, y, number)];
+    }
 
   private:
-    size_t index(int32_t x, int32_t y, int32_t z) const {
+    size_t index(int32_t x, int32_t y, int32_t number) const {
         const auto column =
             static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x);
-        return (column * 8 + static_cast<size_t>(z)) * per_voxel();
+        return (column * per_voxel() + static_cast<size_t>(number)) * 8;
     }
 };
 

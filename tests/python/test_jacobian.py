@@ -96,6 +96,13 @@ def test_bits_depend_on_no_threads_and_fractions_on_no_derivatives() -> None:
     assert not plain.jacobian
 
 
+def test_an_element_of_an_array_has_the_derivative_of_the_array() -> None:
+    whole = openfab.sample(graded(), voxel=0.5, jacobian="cube.a").jacobian["cube.a"]
+    one = openfab.sample(graded(), voxel=0.5, jacobian=["cube.a[1]", "cube.u"]).jacobian
+    np.testing.assert_array_equal(one["cube.a[1]"], whole[..., 1])
+    assert one["cube.u"].any()
+
+
 # The distance to a ball of radius r is |p| - r; the shell is soft.
 BALL = """fablet Ball {
     @uniform { float r = 3; float thick = 1; Material core, shell; }
@@ -150,6 +157,8 @@ def test_objects_of_one_fablet_have_columns_of_their_own() -> None:
     [
         (["cube.w"], "declares no uniform `w`"),
         (["ball.u"], "no object `ball`"),
+        (["cube.a[2]"], "`a` has 2 elements"),
+        (["cube.a[x]"], "declares no uniform"),
         (["u"], "OBJECT.UNIFORM"),
         (["cube.n"], "`int`"),
     ],
