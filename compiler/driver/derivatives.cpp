@@ -48,8 +48,13 @@ const char* remedy_of(passes::JumpKind kind) {
 
 }  // namespace
 
-void warn_of_jumps(const ir::Fablet& fablet, diag::Sink* sink) {
+void warn_of_jumps(const ir::Fablet& fablet, diag::Sink* sink,
+                   const std::vector<std::string>& names) {
     for (const passes::Jump& jump : passes::find_jumps(fablet)) {
+        const bool asked = std::ranges::any_of(names, [&](const std::string& name) {
+            return std::ranges::count(jump.uniforms, abi::element_of(name).name) > 0;
+        });
+        if (!names.empty() && !asked) continue;
         sink->report(jump.span, diag::kJump, name_of(jump.kind),
                      fmt::format("{}", fmt::join(jump.uniforms, "`, `")))
             .note(fablet.span, "in this fablet")
@@ -96,6 +101,7 @@ bool differentiate(const std::vector<std::string>& names, ir::Fablet* fablet,
             .note(fablet->span, "asked for, of this fablet");
     }
     if (!jacobian.none.empty()) return false;
+    warn_of_jumps(*fablet, sink, names);
     fablet->volume = std::move(jacobian.stage);
     fablet->has_dither = false;  // nothing is dithered
     return true;

@@ -187,9 +187,9 @@ def sample(
         `jacobian`, which knows no other.
     jacobian : str or sequence of str, optional
         Uniforms by which the fractions are differentiated, too, as `OBJECT.UNIFORM`: floats, their vectors, matrices and
-        arrays, of at most 16 numbers in each fablet; one element of an array is `OBJECT.UNIFORM[3]`. A step or a branch has the derivative of what it takes, so that a
-        fraction that jumps has the derivative 0: `openflc check --derivatives` says where. All placements of the object
-        count.
+        arrays, of at most 16 numbers in each fablet; one element of an array is `OBJECT.UNIFORM[3]`. A step or a branch has
+        the derivative of what it takes, so that a fraction that jumps has the derivative 0, and a CompilerWarning says where.
+        All placements of the object count.
     uniforms : mapping of str to Any, optional
         Values to use instead, such as `{"ball.skin": 1.5}`.
     memory : int or str, optional

@@ -396,6 +396,21 @@ TEST(CheckCommand, RefusesWhatIsTooLongToBeCompiledWhereItGetsSo) {
     EXPECT_EQ(openflc({"check", folder / "short.fl"}).exit_code, 0);
 }
 
+TEST(CheckCommand, NamesWhereFractionsJumpWhereItIsAsked) {
+    const ScratchFolder folder;
+    folder.write(
+        "jump.fl",
+        "fablet Jump {\n    @uniform { float u = 1; Material m; }\n"
+        "    @Volume(@varying { VolumeAttributes attr })\n    {\n        MaterialComposition mc;\n"
+        "        if (attr.voxelCenter.x < u) mc.Set(m, 1);\n        return mc;\n    }\n}\n");
+    EXPECT_EQ(openflc({"check", folder / "jump.fl"}).err, "");
+    const Outcome asked = openflc({"check", "--derivatives", folder / "jump.fl"});
+    EXPECT_EQ(asked.exit_code, 0);
+    EXPECT_NE(asked.err.find("jump.fl:6:13: warning:"), std::string::npos) << asked.err;
+    EXPECT_NE(asked.err.find("[jump]"), std::string::npos) << asked.err;
+    EXPECT_NE(asked.err.find("smoothstep"), std::string::npos) << asked.err;
+}
+
 TEST(EmitCommand, PrintsEveryForm) {
     for (const char* form : {"ir", "halide", "schedule", "loops", "stmt", "llvm", "asm"}) {
         const Outcome out = openflc({"emit", kPostcard, "--stage", "volume_bounds", "--as", form});

@@ -3,6 +3,8 @@
 """Derivatives of fractions by uniforms, against closed forms in NumPy."""
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -171,6 +173,28 @@ def test_what_has_no_derivative_is_named(names: list[str], said: str) -> None:
 def test_means_have_no_derivatives() -> None:
     with pytest.raises(openfab.InputError, match="centres"):
         openfab.sample(graded(), voxel=0.5, jacobian="cube.u", sampling="volume")
+
+
+def test_a_fraction_that_jumps_is_told() -> None:
+    world = openfab.World(printer="generic")
+    fablet = openfab.Fablet(text="""fablet Jumps {
+    @uniform { float u = 0.3; float w = 2; Material one, other; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(one, attr.voxelCenter.x < u ? w : 1);
+        mc.Set(other, 1.0);
+        return mc;
+    }
+}""")
+    world.add(openfab.box(2, 2, 2), fablet, {"one": WHITE, "other": BLACK}, name="cube")
+    with pytest.warns(openfab.CompilerWarning, match="jumps with `u`"):
+        by_u = openfab.sample(world, voxel=0.5, jacobian="cube.u").jacobian["cube.u"]
+    assert not by_u.any()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        by_w = openfab.sample(world, voxel=0.5, jacobian="cube.w").jacobian["cube.w"]
+    np.testing.assert_allclose(np.unique(by_w[..., 0]), [0, 1 / 9], atol=1e-7)
 
 
 def test_a_lookup_that_moves_is_refused_at_its_place() -> None:
