@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <utility>
 
 #include "backends/common/tee_sink.h"
@@ -39,6 +41,37 @@ class Counts {
   private:
     size_t materials_ = 0;
     std::vector<std::atomic<int64_t>> counts_;
+};
+
+/// Sums of a measure: the weight, and that times the measure in whole steps of its range.
+class Means {
+  public:
+    void begin(size_t regions) { sums_.begin(regions, 2); }
+    /// Returns the measure of amounts, all materials', in steps; and how much of its materials they hold.
+    static std::array<int64_t, 2> steps_of(const SumMeasure& measure,
+                                           std::span<const int64_t> amounts) {
+        int64_t weight = 0;
+        for (const size_t m : measure.materials)
+            weight += amounts[m];
+        if (weight == 0) return {0, 0};
+        std::vector<double> shares;
+        for (const size_t m : measure.materials)
+            shares.push_back(static_cast<double>(amounts[m]) / static_cast<double>(weight));
+        const double range = measure.highest - measure.lowest;
+        const double part = range > 0 ? (measure.of(shares) - measure.lowest) / range : 0;
+        return {weight, std::llround(std::clamp(part, 0.0, 1.0) * kMeasureSteps)};
+    }
+    void add(size_t region, const std::array<int64_t, 2>& weighted) { sums_.add(region, weighted); }
+    double of(size_t region, const SumMeasure* measure) const {
+        const std::vector<double> sums = sums_.scaled(region, 1);
+        if (measure == nullptr || sums[0] == 0) return 0;
+        return measure->lowest +
+               (measure->highest - measure->lowest) * sums[1] / sums[0] / kMeasureSteps;
+    }
+
+  private:
+    static constexpr double kMeasureSteps = 65536;
+    Counts sums_;
 };
 
 /// Returns the voxels of the grid whose centres lie in a region, hi exclusive.
@@ -77,6 +110,8 @@ class PrintedSums final : public pipeline::SliceSink {
         bits_ = info.bits;
         boxes_ = voxels_of(regions_, info);
         counts_.begin(boxes_.size(), info.materials.size() + 1);
+        means_.begin(boxes_.size());
+        info_ = info;
         return {};
     }
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override {
@@ -92,8 +127,10 @@ class PrintedSums final : public pipeline::SliceSink {
                     ++sums[r][codes[static_cast<size_t>(x)]];
             }
         }
-        for (size_t r = 0; r < boxes_.size(); ++r)
+        for (size_t r = 0; r < boxes_.size(); ++r) {
             counts_.add(r, sums[r]);
+            if (regions_[r].measure != nullptr) add_to_blocks(r, slice);
+        }
         return {};
     }
     Result<void> commit(int32_t /*z*/, std::vector<uint8_t> /*bytes*/) override { return {}; }
@@ -105,12 +142,58 @@ class PrintedSums final : public pipeline::SliceSink {
         out.erase(out.begin());
         return out;
     }
+    double mean(size_t region) const { return means_.of(region, regions_[region].measure.get()); }
 
   private:
+    /// What 8 x 8 x 8 voxels hold, of those of 8 slices, by row, column and material.
+    struct Blocks {
+        int32_t slices = 0;  ///< that it has
+        std::vector<int64_t> amounts;
+    };
+
+    void add_to_blocks(size_t region, const pipeline::SliceView& slice) const {
+        const auto columns = static_cast<size_t>((slice.width + 7) / 8);
+        const size_t materials = info_.materials.size();
+        std::vector<int64_t> amounts(columns * static_cast<size_t>((slice.height + 7) / 8) *
+                                     materials);
+        std::vector<uint8_t> codes(static_cast<size_t>(slice.width));
+        const Box3i& box = boxes_[region];
+        for (int32_t y = box.lo.y; y < box.hi.y && has_row(box, y, slice.z); ++y) {
+            backends::unpack_row(slice, y, bits_, codes.data());
+            for (int32_t x = box.lo.x; x < box.hi.x; ++x) {
+                const uint8_t code = codes[static_cast<size_t>(x)];
+                const size_t block =
+                    static_cast<size_t>(y / 8) * columns + static_cast<size_t>(x / 8);
+                if (code != 0 && code != info_.support_code)
+                    ++amounts[block * materials + code - 1U];
+            }
+        }
+        const int32_t slab = slice.z / 8;
+        const std::lock_guard lock(mutex_);
+        Blocks& blocks = blocks_[{region, slab}];
+        blocks.amounts.resize(amounts.size());
+        for (size_t k = 0; k < amounts.size(); ++k)
+            blocks.amounts[k] += amounts[k];
+        const int32_t all =
+            std::min(8 * slab + 8, info_.slice_end) - std::max(8 * slab, info_.slice_begin);
+        if (++blocks.slices < all) return;
+        for (size_t at = 0; at < amounts.size(); at += materials) {
+            const auto [weight, steps] =
+                Means::steps_of(*regions_[region].measure,
+                                std::span<const int64_t>(blocks.amounts).subspan(at, materials));
+            means_.add(region, {weight, weight * steps});
+        }
+        blocks_.erase({region, slab});
+    }
+
     const std::vector<SumRegion> regions_;
     std::vector<Box3i> boxes_;
     int32_t bits_ = 8;
+    pipeline::PrintInfo info_;
     mutable Counts counts_;
+    mutable Means means_;
+    mutable std::mutex mutex_;
+    mutable std::map<std::pair<size_t, int32_t>, Blocks> blocks_;
 };
 
 double voxel_ml(const pipeline::PrintInfo& info) {
@@ -135,20 +218,31 @@ class KeptPrint::MixtureSums final : public pipeline::FractionSink {
         fractions_ = static_cast<size_t>(materials);
         materials_ = info.materials.size();
         counts_.begin(boxes_.size(), materials_);
+        means_.begin(boxes_.size());
         return {};
     }
     void write(int32_t z, int32_t y, int32_t first_x, std::span<const float> fractions) override {
         const auto end = first_x + static_cast<int32_t>(fractions.size() / fractions_);
         for (size_t r = 0; r < boxes_.size(); ++r) {
             if (!has_row(boxes_[r], y, z)) continue;
-            std::array<int64_t, 256> sums{};
+            const SumMeasure* measure = regions_[r].measure.get();
+            std::array<int64_t, 256> sums{}, one{}, before{};
+            std::array<int64_t, 2> mean{}, measured{};
             const int32_t last = std::min(end, boxes_[r].hi.x);
             for (int32_t x = std::max(first_x, boxes_[r].lo.x); x < last; ++x) {
                 const float* of = &fractions[static_cast<size_t>(x - first_x) * fractions_];
-                for (size_t m = 0; m < fractions_; ++m)
-                    sums[m] += static_cast<int64_t>(of[m] * kFractionSteps + 0.5f);
+                for (size_t m = 0; m < fractions_; ++m) {
+                    one[m] = static_cast<int64_t>(of[m] * kFractionSteps + 0.5f);
+                    sums[m] += one[m];
+                }
+                if (measure == nullptr) continue;
+                if (one != before) measured = Means::steps_of(*measure, one);
+                before = one;
+                mean[0] += measured[0];
+                mean[1] += measured[0] * measured[1];
             }
             counts_.add(r, std::span(sums).first(materials_));
+            if (measure != nullptr) means_.add(r, mean);
         }
     }
     Result<void> status() const override { return {}; }
@@ -157,6 +251,7 @@ class KeptPrint::MixtureSums final : public pipeline::FractionSink {
     std::vector<double> ml(size_t region, double voxel_ml) const {
         return counts_.scaled(region, voxel_ml / double{kFractionSteps});
     }
+    double mean(size_t region) const { return means_.of(region, regions_[region].measure.get()); }
 
   private:
     std::vector<SumRegion> regions_;
@@ -164,6 +259,7 @@ class KeptPrint::MixtureSums final : public pipeline::FractionSink {
     size_t materials_ = 0;
     size_t fractions_ = 1;  ///< of these: those but a support of its own
     Counts counts_;
+    Means means_;
 };
 
 KeptPrint::KeptPrint(const Options& options, const openfab_fablet_list& fablets,
@@ -265,8 +361,10 @@ Result<std::vector<RegionSums>> KeptPrint::sums(const std::vector<std::string>& 
     if (!run) return run.error();
     std::vector<RegionSums> out;
     for (size_t r = 0; r < regions.size(); ++r) {
-        out.push_back({mixtures_->ml(r, voxel_ml(info)), {}});
-        if (printed) out.back().printed_ml = counted.ml(r, voxel_ml(info));
+        out.push_back({mixtures_->ml(r, voxel_ml(info)), {}, mixtures_->mean(r), 0});
+        if (!printed) continue;
+        out.back().printed_ml = counted.ml(r, voxel_ml(info));
+        out.back().printed_mean = counted.mean(r);
     }
     return out;
 }

@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -26,15 +27,27 @@
 
 namespace openfab::program {
 
+/// A number of mixtures, such as a measured property, whose mean is asked.
+struct SumMeasure {
+    std::vector<size_t>
+        materials;  ///< it counts what is of these; indices among those of the print
+    /// Of shares of these that sum up to 1; called from several threads.
+    std::function<double(std::span<const double> shares)> of;
+    double lowest = 0, highest = 1;  ///< of its values
+};
+
 /// Voxels that are summed up: those whose centres lie in the box, or all.
 struct SumRegion {
-    std::optional<Box3d> box_mm;  ///< of build space
+    std::optional<Box3d> box_mm{};  ///< of build space
+    std::shared_ptr<const SumMeasure> measure{};
 };
 
 /// Millilitres in a region by material of the print: without the void, with the support.
 struct RegionSums {
     std::vector<double> mixed_ml;    ///< of mixtures, before the dither; support is not among them
     std::vector<double> printed_ml;  ///< of dithered voxels; empty where they were not asked for
+    /// Means of the measure, of printed voxels by the mixture of 8 x 8 x 8 of them; 0 where there is nothing.
+    double mixed_mean = 0, printed_mean = 0;
 };
 
 /// The voxels that sums are of.

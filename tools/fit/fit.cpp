@@ -158,10 +158,10 @@ class Fitter {
         for (size_t g = 0; g < moves.size(); ++g) {
             const Goal& goal = out_.goals.goals[g];
             if (moves[g] || std::abs(goal.wanted.beyond((*first)[g])) <= 1) continue;
-            return error_at(goal.location,
-                            fmt::format(messages::kGoalMovesNot, goal.name, (*first)[g],
-                                        unit_of(goal.quantity)),
-                            messages::kGoalMovesNotHelp);
+            return error_at(
+                goal.location,
+                fmt::format(messages::kGoalMovesNot, goal.name, (*first)[g], unit_of(goal)),
+                messages::kGoalMovesNotHelp);
         }
         return {};
     }
@@ -249,7 +249,7 @@ class Fitter {
             };
             const auto [least, most] = std::ranges::minmax_element(values_->history(), by_value);
             out_.notes.push_back(fmt::format(messages::kRange, goal.name, least->values[g],
-                                             most->values[g], unit_of(goal.quantity)));
+                                             most->values[g], unit_of(goal)));
             // The nearest on both sides of the bound, with the choices of the best.
             std::optional<Trial> below, above;
             for (const Trial& trial : values_->history()) {
@@ -262,8 +262,7 @@ class Fitter {
             const Result<double> step = step_between(g, bound, *below, *above);
             if (!step) return step.error();
             if (*step <= goal.wanted.within) continue;
-            out_.notes.push_back(
-                fmt::format(messages::kSteps, goal.name, *step, unit_of(goal.quantity)));
+            out_.notes.push_back(fmt::format(messages::kSteps, goal.name, *step, unit_of(goal)));
         }
         return {};
     }

@@ -14,11 +14,11 @@ inline const world::KeySet kFileKeys{
 inline const world::KeySet kUnknownKeys{"unknown", {"min", "max", "start", "choices"}, {}};
 inline const world::KeySet kGoalKeys{
     "goal",
-    {"name",       "share",         "volume_ml",     "weight_g",       "cost",
-     "moved_mm",   "deflection_mm", "work_Nmm",      "resistance_ohm", "resistance_K_W",
-     "young_MPa",  "poisson",       "stiffness_MPa", "box_mm",         "object",
-     "element_mm", "cell_mm",       "equal",         "at_most",        "at_least",
-     "aim",        "within"},
+    {"name",           "share",      "volume_ml",     "weight_g",      "cost",
+     "property",       "moved_mm",   "deflection_mm", "work_Nmm",      "resistance_ohm",
+     "resistance_K_W", "young_MPa",  "poisson",       "stiffness_MPa", "box_mm",
+     "object",         "element_mm", "cell_mm",       "equal",         "at_most",
+     "at_least",       "aim",        "within"},
     {}};
 
 }  // namespace openfab::fit

@@ -13,6 +13,7 @@
 #include "base/near_miss.h"
 #include "tools/fit/goal_keys.h"
 #include "tools/fit/messages.h"
+#include "tools/fit/property_measure.h"
 #include "tools/fit/unknowns.h"
 #include "world/edit/world_edit.h"
 #include "world/json_reader.h"
@@ -37,6 +38,7 @@ constexpr QuantityKey kQuantities[] = {
     {"volume_ml", Quantity::kVolume, " ml", "volume"},
     {"weight_g", Quantity::kWeight, " g", "weight"},
     {"cost", Quantity::kCost, "", "cost"},
+    {"property", Quantity::kProperty, "", "property"},
     {"moved_mm", Quantity::kMoved, " mm", "movement", "part"},
     {"deflection_mm", Quantity::kDeflection, " mm", "deflection", "part"},
     {"work_Nmm", Quantity::kWork, " Nmm", "work", "part"},
@@ -100,9 +102,21 @@ class GoalsReader {
         if (of->command != nullptr) {
             read_mechanics(value, *of, which->value, what, &goal);
         } else {
-            goal.material = material_of(which->value, what, goal.quantity);
-            goal.region = region_of(value);
-            goal.name = goal.material < 0 ? of->name : fmt::format("{} of {}", of->name, what);
+            Property property;
+            if (goal.quantity == Quantity::kProperty) {
+                Result<Property> read =
+                    read_property(std::filesystem::path(file_).parent_path() / what, world_);
+                if (!read) return json_.fail_with(read.error());
+                property = std::move(*read);
+                goal.unit = property.unit.empty() ? "" : " " + property.unit;
+                goal.least = property.measure->lowest;
+                goal.most = property.measure->highest;
+                goal.name = property.name.empty() ? what : property.name;
+            } else {
+                goal.material = material_of(which->value, what, goal.quantity);
+                goal.name = goal.material < 0 ? of->name : fmt::format("{} of {}", of->name, what);
+            }
+            goal.region = region_of(value, std::move(property.measure));
             if (json_.ok() && out_.regions[goal.region].voxels.box_mm)
                 goal.name += messages::kInBox;
             if (json_.ok() && !out_.regions[goal.region].object.empty())
@@ -210,8 +224,9 @@ class GoalsReader {
         return -1;
     }
 
-    size_t region_of(const JsonValue& goal) {
+    size_t region_of(const JsonValue& goal, std::shared_ptr<const program::SumMeasure> measure) {
         Region region;
+        region.voxels.measure = std::move(measure);
         if (const JsonMember* object = goal.find("object"); object != nullptr) {
             region.object = json_.string(object->value, "`object`");
             std::vector<std::string> names;
@@ -245,7 +260,8 @@ class GoalsReader {
         for (size_t r = 0; r < out_.regions.size(); ++r) {
             const std::optional<Box3d>& known = out_.regions[r].voxels.box_mm;
             const std::optional<Box3d>& box = region.voxels.box_mm;
-            if (known.has_value() != box.has_value() || out_.regions[r].object != region.object)
+            if (known.has_value() != box.has_value() || out_.regions[r].object != region.object ||
+                out_.regions[r].voxels.measure != region.voxels.measure)
                 continue;
             if (!known || (known->lo == box->lo && known->hi == box->hi)) return r;
         }
@@ -258,10 +274,12 @@ class GoalsReader {
         const bool signs =
             goal->quantity == Quantity::kPoisson || goal->quantity == Quantity::kStiffness;
         const double least = signs ? -most : 0;
+        const bool table = goal->quantity == Quantity::kProperty;
         const auto read = [&](const char* name) -> std::optional<double> {
             const JsonMember* member = value.find(name);
             if (member == nullptr) return {};
-            return json_.number(member->value, fmt::format("`{}` of `{}`", name, key), least, most);
+            return json_.number(member->value, fmt::format("`{}` of `{}`", name, key),
+                                table ? goal->least : least, table ? goal->most : most);
         };
         const std::optional<double> equal = read("equal");
         goal->wanted.at_least = read("at_least");
@@ -345,11 +363,11 @@ Result<Goals> read_goals(const std::filesystem::path& file, const world::World& 
     return GoalsReader(file.string(), world, fablets).read(*root, settings);
 }
 
-const char* unit_of(Quantity quantity) {
+std::string unit_of(const Goal& goal) {
     for (const QuantityKey& one : kQuantities) {
-        if (one.quantity == quantity) return one.unit;
+        if (one.quantity == goal.quantity && goal.unit.empty()) return one.unit;
     }
-    return "";
+    return goal.unit;
 }
 
 }  // namespace openfab::fit

@@ -35,12 +35,13 @@ struct Unknown {
     bool is_discrete() const { return !choices.empty(); }
 };
 
-/// The first four are amounts, which a print is counted for; the others are solved for by `openfab mechanics`.
+/// The first five are amounts, which a print is counted for; the others are solved for by `openfab mechanics`.
 enum class Quantity {
     kShare,
     kVolume,
     kWeight,
     kCost,
+    kProperty,
     kMoved,
     kDeflection,
     kWork,
@@ -59,6 +60,8 @@ struct Goal {
     std::vector<std::string>
         solve;  ///< words of `openfab mechanics` but the world and uniforms; none of an amount
     std::array<int32_t, 2> entry{};  ///< of several numbers under one key
+    std::string unit;                ///< of a property's table
+    double least = 0, most = 0;      ///< likewise: its values
     Wanted wanted;
 
     bool is_amount() const { return solve.empty(); }
@@ -85,7 +88,7 @@ Result<Goals> read_goals(const std::filesystem::path& file, const world::World& 
                          const openfab_fablet_list& fablets,
                          const std::vector<std::string>& settings);
 
-/// Returns the unit of a quantity, with a space before it, as numbers are shown; empty for a share.
-const char* unit_of(Quantity quantity);
+/// Returns the unit of a goal, with a space before it, as numbers are shown; empty for a share.
+std::string unit_of(const Goal& goal);
 
 }  // namespace openfab::fit

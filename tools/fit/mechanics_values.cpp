@@ -40,6 +40,7 @@ const char* key_of(Quantity quantity) {
         case Quantity::kVolume:
         case Quantity::kWeight:
         case Quantity::kCost:
+        case Quantity::kProperty:
             break;
     }
     return "";

@@ -135,6 +135,7 @@ double PrintValues::value_of(const Goal& goal, const std::vector<double>& ml) co
             const std::optional<pipeline::PrintCost> cost = cost_of(ml);
             return cost ? cost->money : 0;
         }
+        case Quantity::kProperty:
         case Quantity::kMoved:
         case Quantity::kDeflection:
         case Quantity::kWork:
@@ -198,7 +199,7 @@ Result<std::vector<double>> PrintValues::searched(const std::vector<double>& unk
     std::vector<double> values;
     for (const Goal& goal : goals_.goals) {
         if (goal.is_amount()) {
-            values.push_back(value_of(goal, mixed_ml((*amounts)[goal.region])));
+            values.push_back(mixed_value(goal, (*amounts)[goal.region]));
             continue;
         }
         const Result<double> solved =
@@ -212,7 +213,10 @@ Result<std::vector<double>> PrintValues::searched(const std::vector<double>& unk
     return values;
 }
 
-/// Returns the materials of mixtures, and the support that is printed.
+double PrintValues::mixed_value(const Goal& goal, const program::RegionSums& sums) const {
+    return goal.quantity == Quantity::kProperty ? sums.mixed_mean : value_of(goal, mixed_ml(sums));
+}
+
 std::vector<double> PrintValues::mixed_ml(const program::RegionSums& sums) const {
     std::vector<double> out = sums.mixed_ml;
     for (size_t m = kept_->world().materials.size(); m < sums.printed_ml.size(); ++m)
@@ -232,8 +236,11 @@ Result<PrintValues::Counted> PrintValues::count(const std::vector<double>& unkno
     Counted out;
     for (const Goal& goal : goals_.goals) {
         if (goal.is_amount()) {
-            out.mixed.push_back(value_of(goal, mixed_ml((*amounts)[goal.region])));
-            out.printed.push_back(value_of(goal, (*amounts)[goal.region].printed_ml));
+            out.mixed.push_back(mixed_value(goal, (*amounts)[goal.region]));
+            const program::RegionSums& sums = (*amounts)[goal.region];
+            out.printed.push_back(goal.quantity == Quantity::kProperty
+                                      ? sums.printed_mean
+                                      : value_of(goal, sums.printed_ml));
             continue;
         }
         const Result<double> mixed =

@@ -74,6 +74,8 @@ class PrintValues {
     /// Returns the sums of all regions.
     Result<std::vector<program::RegionSums>> amounts(const std::vector<std::string>& settings,
                                                      program::SumPitch pitch, bool printed);
+    double mixed_value(const Goal& goal, const program::RegionSums& sums) const;
+    /// Returns the materials of mixtures, and the support that is printed.
     std::vector<double> mixed_ml(const program::RegionSums& sums) const;
     void show_progress() const;
 

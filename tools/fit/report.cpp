@@ -19,8 +19,7 @@ namespace openfab::fit {
 namespace {
 
 std::string unit_in(const Fit& fit, const Goal& goal) {
-    return goal.quantity == Quantity::kCost ? " " + printable(fit.currency)
-                                            : unit_of(goal.quantity);
+    return goal.quantity == Quantity::kCost ? " " + printable(fit.currency) : unit_of(goal);
 }
 
 std::string wanted_text(const Wanted& wanted) {

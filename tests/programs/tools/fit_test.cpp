@@ -10,6 +10,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <set>
 
 #include "base/json.h"
 #include "tests/support/places/places.h"
@@ -157,6 +158,66 @@ TEST_F(FitTest, AMovingFaceCountsInItsBox) {
                                 R"({"volume_ml": "heavy", "equal": 0.13, "within": 0.001})",
                                 {"--set", "thing.sharp=2", "--voxel", "0.05mm"});
     EXPECT_NEAR(unknown(found, "thing.edge"), 1.5, 0.05 + 0.025);
+}
+
+TEST_F(FitTest, APropertyIsLinearBetweenItsRows) {
+    folder_.write("hard.json",
+                  R"({"property": "hardness", "unit": "Shore", "materials": ["light", "heavy"],
+        "rows": [{"mixture": [1, 0], "value": 20}, {"mixture": [0.5, 0.5], "value": 70}, {"mixture": [0, 1], "value": 90}]})");
+    const JsonValue found = fit(R"("thing.t": {"min": 0, "max": 1})",
+                                R"({"property": "hard.json", "equal": 50, "within": 0.1})");
+    // 20 + 100 t up to a half.
+    EXPECT_NEAR(unknown(found, "thing.t"), 0.3, 2e-3);
+    EXPECT_NEAR(goal(found, "mixtures"), 50, 0.1);
+    EXPECT_THAT(last_.out, HasSubstr("hardness Shore"));
+    // Blocks have a little more or less, on both sides of a straight part of the table.
+    EXPECT_NEAR(goal(found, "printed"), 50, 0.5);
+    write_goals(R"("thing.t": {"min": 0, "max": 1})", R"({"property": "hard.json", "equal": 95})");
+    EXPECT_THAT(openfab({"fit", path("w.fab.json"), path("goals.json")}).err,
+                HasSubstr("`equal` of `property`"));
+    folder_.write("hard.json", R"({"materials": ["light", "heavi"], "rows": [{}, {}]})");
+    EXPECT_THAT(openfab({"fit", path("w.fab.json"), path("goals.json")}).err,
+                HasSubstr("did you mean `heavy`?"));
+}
+
+TEST_F(FitTest, WhatWasTriedBeforeChangesNothing) {
+    // A surface that moves, a loop that asks for distances: set up again, and in place.
+    folder_.write("mix.fl", R"(fablet Mix {
+    @uniform { float t = 0.5; float bump = 0.2; Material a, b; }
+    @Surface(@varying { SurfaceAttributes attr }) {
+        return attr.n * bump * (1 + sin(attr.p.x * 3));
+    }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        float3 p = attr.voxelCenter;
+        float sum = 0;
+        for (int k = 0; k < 3; ++k) sum += saturate(-distance(p + float3(0.3 * k, 0, 0)) * t) / 3;
+        mc.Set(a, sum);
+        mc.Set(b, 1 - sum);
+        return mc;
+    }
+}
+)");
+    const std::string goals =
+        R"({"volume_ml": "heavy", "at_least": 0}, {"weight_g": "all", "at_least": 0})";
+    const auto with = [&](const std::string& unknowns) {
+        fit(unknowns, goals, {"--history", path("h.csv"), "--voxel", "0.2mm"});
+        std::set<std::string> lines;
+        const std::string text = read_file(folder_ / "h.csv");
+        for (size_t at = text.find('\n') + 1; at < text.size();) {
+            const size_t end = text.find('\n', at);
+            lines.insert(text.substr(text.find(',', at), end - text.find(',', at)));
+            at = end + 1;
+        }
+        return lines;
+    };
+    const auto choices = [](const char* t, const char* bump) {
+        return fmt::format(R"("thing.t": {{"choices": [{}]}}, "thing.bump": {{"choices": [{}]}})",
+                           t, bump);
+    };
+    const std::set<std::string> one = with(choices("0.4, 0.9, 0.6", "0.1, 0.3"));
+    EXPECT_EQ(one.size(), 6U);
+    EXPECT_EQ(one, with(choices("0.6, 0.4, 0.9", "0.3, 0.1")));
 }
 
 TEST_F(FitTest, AnObjectIsCountedAlone) {
