@@ -6,6 +6,7 @@
 
 #include <future>
 
+#include "backends/read/print_file.h"
 #include "backends/zarr/messages.h"
 #include "tests/programs/print/resume.h"
 
@@ -99,6 +100,33 @@ TEST_F(ZarrPrint, WorkersFillOneStoreAtOnce) {
     EXPECT_TRUE(store_files(path("shared.zarr")) == store_files(path("whole.zarr")));
     const Outcome verified = tool({"verify", path("shared.zarr")});
     EXPECT_EQ(verified.exit_code, 0) << verified.err;
+}
+
+/// As the tasks of a job array name them: the last range reaches past the end, or is open.
+TEST_F(ZarrPrint, RangesOfAJobArrayFillAStore) {
+    undisturbed({"-o", path("whole.zarr")});
+    const int slices = [&] {
+        const auto whole = prints::PrintFile::open(path("whole.zarr"), int64_t{1} << 30);
+        return whole ? (*whole)->info().size.z : 0;
+    }();
+    ASSERT_GT(slices, 80);
+    const int third = (slices / 3 + 7) / 8 * 8;
+    undisturbed({"-o", path("past.zarr"), "--slices", fmt::format("0:{}", third)});
+    const Outcome info = tool({"info", path("past.zarr")});
+    EXPECT_THAT(info.out,
+                HasSubstr(fmt::format("{} slices of the print are elsewhere", slices - third)));
+    undisturbed(
+        {"-o", path("past.zarr"), "--slices", fmt::format("{}:{}", 2 * third, 3 * third + 800)});
+    EXPECT_THAT(tool({"info", path("past.zarr")}).out,
+                Says(tools::messages::kStoreLacks, fmt::format("{}:{}", third, 2 * third)));
+    EXPECT_THAT(tool({"verify", path("past.zarr")}).err, Says(tools::messages::kStoreLacksSlices));
+    EXPECT_THAT(tool({"export", path("past.zarr"), "-o", path("a.ofr")}).err,
+                Says(tools::messages::kSlicesMissing));
+    undisturbed({"-o", path("past.zarr"), "--slices", fmt::format("{}:{}", third, 2 * third)});
+    EXPECT_TRUE(store_files(path("past.zarr")) == store_files(path("whole.zarr")));
+    undisturbed({"-o", path("open.zarr"), "--slices", fmt::format("{}:", third)});
+    undisturbed({"-o", path("open.zarr"), "--slices", fmt::format("0:{}", third)});
+    EXPECT_TRUE(store_files(path("open.zarr")) == store_files(path("whole.zarr")));
 }
 
 TEST_F(ZarrPrint, StoresOfPartsAreMergedAsFilesAre) {
