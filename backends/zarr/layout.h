@@ -47,6 +47,11 @@ struct Level {
         return static_cast<size_t>(tiles_x()) * static_cast<size_t>(tiles_y());
     }
     size_t chunk_bytes() const { return static_cast<size_t>(depth) * kTile * kTile; }
+    /// Returns the most bytes of a shard: zstd adds little to what it cannot compress.
+    uint64_t most_shard_bytes() const {
+        constexpr uint64_t kAdded = 512 + 16;
+        return chunks() * (chunk_bytes() + chunk_bytes() / 128 + kAdded) + 4;
+    }
     int64_t plane() const { return int64_t{size.x} * size.y; }
 };
 

@@ -104,6 +104,8 @@ Result<std::vector<uint8_t>> Store::read_shard(size_t level, int32_t shard,
         return user_error(
             fmt::format(messages::kShardOtherSize, name_of(key), file->bytes(), digest.bytes));
     }
+    if (digest.bytes > levels_[level].most_shard_bytes())
+        return user_error(fmt::format(messages::kShardDamaged, name_of(key)));
     bytes.resize(digest.bytes);
     const Result<size_t> read = file->read(0, bytes.data(), bytes.size());
     if (!read) return with_context(read.error(), fmt::format(messages::kShardUnread, name_of(key)));

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "backends/common/output_lock.h"
 #include "backends/zarr/messages.h"
 #include "backends/zarr/slab.h"
 #include "backends/zarr/store_files.h"
@@ -123,8 +124,9 @@ Result<void> complete_store(const std::filesystem::path& path) {
     if (!lists) return lists.error();
     const std::optional<pipeline::PrintTotals> totals = totals_of(*lists, store->info().size.z);
     if (!totals) return {};
-    const Result<ListFile> lock = ListFile::open(path / kOwnFolder / "complete.lock");
-    if (!lock) return {};
+    const std::filesystem::path lock_file = path / kOwnFolder / "complete.lock";
+    const Result<ListFile> lock = ListFile::open(lock_file);
+    if (!lock) return backends::is_locked(lock_file.string()) ? Result<void>() : lock.error();
     const size_t slab_levels = store->slab_levels();
     std::vector<ShardDigest> finer;
     for (const ShardList& list : *lists)

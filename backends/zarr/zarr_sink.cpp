@@ -99,19 +99,25 @@ Result<void> ZarrSink::begin_list() {
     const fs::path file = path_ / list_name(info_.slice_begin, info_.slice_end);
     const Result<Store> store = Store::open(path_);
     if (!store) return store.error();
-    Result<ListFile> list = ListFile::open(file);
-    if (!list) return list.error();
+    const auto is_ours = [&](const ShardList& there) {
+        return there.begin == info_.slice_begin && there.end == info_.slice_end;
+    };
     Result<std::vector<ShardList>> lists = store->lists();
     if (!lists) return lists.error();
-    for (ShardList& there : *lists) {
-        if (there.begin == info_.slice_begin && there.end == info_.slice_end) {
-            if (resume_) earlier_ = std::move(there);
-        } else if (there.begin < info_.slice_end && info_.slice_begin < there.end) {
-            return user_error(fmt::format(
-                messages::kOthersSlices, info_.slice_begin, info_.slice_end, path_.string(),
-                (path_ / list_name(there.begin, there.end)).string(), there.begin, there.end));
-        }
+    for (const ShardList& there : *lists) {
+        if (is_ours(there) || there.begin >= info_.slice_end || info_.slice_begin >= there.end)
+            continue;
+        return user_error(fmt::format(
+            messages::kOthersSlices, info_.slice_begin, info_.slice_end, path_.string(),
+            (path_ / list_name(there.begin, there.end)).string(), there.begin, there.end));
     }
+    Result<ListFile> list = ListFile::open(file);
+    if (!list) return list.error();
+    // Now that no other process writes it.
+    if (resume_) lists = store->lists();
+    if (!lists) return lists.error();
+    for (ShardList& there : *lists)
+        if (resume_ && is_ours(there)) earlier_ = std::move(there);
     list_.emplace(std::move(*list));
     if (earlier_) return {};
     if (Result<void> gone = remove_store_file(path_ / kManifestFile); !gone) return gone;

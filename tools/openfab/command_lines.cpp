@@ -117,9 +117,9 @@ void add_import(CLI::App& app, Action* action) {
 }
 
 void add_info(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "info",
-        "describe an .ofr file, a folder of slices, a world, a mesh, a picture or a volume");
+    CLI::App* command = app.add_subcommand("info",
+                                           "describe an .ofr file, a .zarr store, a folder of "
+                                           "slices, a world, a mesh, a picture or a volume");
     auto file = std::make_shared<std::string>();
     command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or a mesh")
         ->required();
@@ -286,9 +286,10 @@ void add_view(CLI::App& app, Action* action) {
         "view", "show a print (even an unfinished one), a world or a mesh in a browser");
     auto a = std::make_shared<ViewArguments>();
     viewer::ViewOptions& view = a->view;
-    command->add_option("FILE", view.file,
-                        "an .ofr file, a folder of slices, a world (.fab.json), or a mesh, which "
-                        "is imported temporarily");
+    command->add_option(
+        "FILE", view.file,
+        "an .ofr file, a .zarr store, a folder of slices, a world (.fab.json), or a mesh, which "
+        "is imported temporarily");
     command
         ->add_option(
             "--new", a->new_folder,

@@ -312,6 +312,7 @@ TEST_F(Zarr, AnotherPrintIsRefusedAndLosesNothing) {
     refused = write(path(), part_of(print, 8, 24));
     ASSERT_FALSE(refused);
     EXPECT_THAT(refused.error().text(), Says(zarr::messages::kOthersSlices));
+    EXPECT_FALSE(fs::exists(path() / zarr::list_name(8, 24)));
     EXPECT_EQ(files_of(path()), before);
     // A shard that another print owns, under the same name.
     for (uint8_t& code : other.codes)
@@ -320,6 +321,20 @@ TEST_F(Zarr, AnotherPrintIsRefusedAndLosesNothing) {
     fs::copy_file(path("other.zarr") / "0/c/2/0/0", path() / "0/c/2/0/0",
                   fs::copy_options::overwrite_existing);
     EXPECT_THAT(read_back(path(), print), Says(zarr::messages::kShardDiffers));
+}
+
+TEST_F(Zarr, AShardThatIsTooLargeToBeOneIsNotRead) {
+    SamplePrint print = make_blocks({40, 30, 8});
+    print.at(0, 0, 0) = 1;
+    ASSERT_TRUE(write(path(), print));
+    fs::resize_file(path() / "0/c/0/0/0", 200'000);
+    const std::string bytes = read_file(path() / "0/c/0/0/0");
+    const zarr::ShardDigest digest =
+        zarr::digest_of({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
+    std::string list = read_file(path() / zarr::list_name(0, 8));
+    list.resize(list.find('\n') + 1);
+    std::ofstream(path() / zarr::list_name(0, 8)) << list << zarr::slab_line(0, {digest});
+    EXPECT_THAT(read_back(path(), print), Says(zarr::messages::kShardDamaged));
 }
 
 TEST_F(Zarr, RangesEndWithSlabs) {
