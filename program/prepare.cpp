@@ -107,6 +107,9 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
         Result<pipeline::Rates> rates = hooks.rates(*job);
         if (!rates) return rates.error();
         ready.options.rates = std::move(*rates);
+        ready.options.sink_bytes_per_column += hooks.sink_bytes_per_fraction *
+                                               ready.options.rates.columns *
+                                               static_cast<int64_t>(job->input.materials.size());
     }
     for (const auto& effect : job->effects)
         ready.options.effects.push_back(effect.get());

@@ -101,7 +101,8 @@ class DoubleMachine {
     Word query(const ir::Instr& query, const ir::Instr& result, std::span<const Word> args) const {
         const std::array<double, 3> point = {number(args[1]), number(args[2]), number(args[3])};
         const double out = environment_.query(query, result, point);
-        return result.type == Type::kFloat ? word(out) : static_cast<uint32_t>(out);
+        return result.type == Type::kFloat ? word(out)
+                                           : static_cast<uint32_t>(static_cast<int64_t>(out));
     }
     void printf(const ir::Printf& /*call*/, std::span<const Word> /*values*/) const {}
     Word function(const ir::Instr& instr, std::span<const Word> args) const {

@@ -49,7 +49,7 @@ TEST_P(CompiledBody, HasTheDerivativesOfCentralDifferences) {
     options.disabled = {"hoist_uniforms", "form_volume_bounds"};
     const passes::PipelineResult result = passes::run_pipeline(fablet, options);
     ASSERT_EQ(result.fault, "");
-    const auto compiled = CompiledStage::make(result.stages.volume, {.isas = {OPENFAB_ISA_SSE41}});
+    const auto compiled = CompiledStage::make(result.stages.volume);
     ASSERT_NE(compiled, nullptr);
 
     StageInputs inputs;
@@ -67,7 +67,9 @@ TEST_P(CompiledBody, HasTheDerivativesOfCentralDifferences) {
         inputs.set(OPENFAB_ARG_FRAME, k, 0, {std::bit_cast<uint32_t>(value)});
         doubles.numbers[{OPENFAB_ARG_FRAME, k, 0}] = value;
     }
-    const StageResults got = compiled->run(OPENFAB_ISA_SSE41, inputs);
+    // Every instruction set has the interpreter's bits.
+    const StageResults got = interpret(result.stages.volume, inputs);
+    expect_equal(result.stages.volume, got, *compiled, inputs);
     int compared = 0;
     for (size_t element = 0; element < 512; element += 7) {
         const auto z = static_cast<double>(element % 8), x = static_cast<double>(element / 8 % 8),

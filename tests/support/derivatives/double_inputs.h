@@ -47,7 +47,8 @@ class DoubleInputs : public interp::DoubleEnvironment {
         return found == numbers.end() ? 0 : found->second;
     }
     uint32_t bits(int32_t kind, int32_t a, int32_t b) const override {
-        if (kind != OPENFAB_ARG_UNIFORM) return static_cast<uint32_t>(number(kind, a, b));
+        if (kind != OPENFAB_ARG_UNIFORM)
+            return static_cast<uint32_t>(static_cast<int64_t>(number(kind, a, b)));
         const auto found = others.find(a);
         return found == others.end() ? 0 : found->second;
     }
