@@ -37,20 +37,19 @@ Result<std::pair<program::Options, std::string>> split_words(const FitOptions& o
     for (const auto& [option, file] : files) {
         if (!file->empty()) outputs.push_back({option, *file});
     }
+    std::optional<Error> first;
+    size_t files_named = 0;
     for (size_t k = words.size(); k-- > 0;) {
         const std::string word = words[k];
         if (word.starts_with("-") || !word.ends_with(".json")) continue;
+        ++files_named;
         std::vector<std::string> others = words;
         others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
         Result<program::Options> print = tuner::parse_print(others, "openfab fit", outputs);
         if (print && !print->help) return std::pair(std::move(*print), word);
+        if (!print && !first) first = print.error();
     }
-    // What is wrong with the words of a print is told as it is; else one of the two files is missing.
-    const Result<program::Options> print = tuner::parse_print(words, "openfab fit", outputs);
-    const bool two = std::ranges::count_if(words, [](const std::string& word) {
-                         return !word.starts_with("-") && word.ends_with(".json");
-                     }) >= 2;
-    if (two && !print) return print.error();
+    if (files_named > 1 && first) return *first;
     return usage_error(messages::kNameBoth);
 }
 

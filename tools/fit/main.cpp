@@ -37,14 +37,17 @@ void declare(CLI::App* app, FitOptions* options) {
                     "of the starts that are tried after the first (default: 0)")
         ->type_name("N");
     tuner::add_schedule_options(app, &options->schedules);
-    tuner::take_print_options(app, "openfab fit WORLD GOALS.json", kExamples);
+    tuner::take_print_options(app, "openfab fit", kExamples);
 }
 
 int fit_main(int argc, char** argv) {
     prepare_streams();
     clean_up_on_signals();
-    CLI::App app("Finds the uniforms for which a print is what is wanted: amounts, weight, cost.",
-                 "openfab fit");
+    CLI::App app(
+        "Finds the uniforms for which a print is what is wanted: amounts, weight, cost, "
+        "deflection, "
+        "resistance, stiffness.",
+        "openfab fit WORLD GOALS.json");
     FitOptions options;
     declare(&app, &options);
     return run_command_line(&app, argc, argv, "openfab fit", [&] {

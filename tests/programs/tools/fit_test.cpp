@@ -392,6 +392,8 @@ TEST_F(FitTest, Refusals) {
         return openfab(words);
     };
     EXPECT_THAT(openfab({"fit", path("w.fab.json")}).err, Says(fit::messages::kNameBoth));
+    EXPECT_THAT(with({"--drft", "2"}).err, HasSubstr("`--drft`"));
+    EXPECT_THAT(with({"--drft", "2"}).err, HasSubstr("`--draft`"));
     EXPECT_THAT(with({"-o", path("w.fab.json")}).err, HasSubstr("w.fab.json"));
     EXPECT_THAT(with({"--history", path("h.txt")}).err, Says(fit::messages::kHistoryEnds));
     EXPECT_THAT(with({"-o", path("new.txt")}).err, Says(fit::messages::kOutputEnds));
