@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "tools/texture/exif.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/png_color.h"
+#include "tools/texture/stored_profile.h"
 
 namespace openfab::tools {
 namespace {
@@ -41,27 +43,27 @@ void heed_exif(const InputFile& file, std::string_view format, FileColor* color)
     }
 }
 
-FileColor color_of_png(const InputFile& file, const OIIO::ImageSpec& spec) {
+FileColor color_of_png(const InputFile& file) {
     const PngColor says = read_png_color(file);
     if (says.code_points) {
         if (const std::optional<RgbSpace> space = space_of(*says.code_points))
             return {Lab::kNone, *space, {}};
     }
-    FileColor color{Lab::kNone, srgb_with(Curve::kSrgb), profile_of(spec)};
-    if (says.has_profile && !color.profile.empty()) return color;
-    color.profile.clear();
-    if (says.is_srgb) return color;
-    if (says.gamma || says.corners) {
+    FileColor color{Lab::kNone, srgb_with(Curve::kSrgb), {}};
+    const bool has_profile = says.profile_bytes >= 0;
+    if (!says.is_srgb && (says.gamma || says.corners)) {
         const Chromaticities corners = says.corners.value_or(kSrgbChromaticities);
         const std::optional<RgbSpace> space =
             says.gamma ? RgbSpace::make(corners, Curve::kPower, 1 / *says.gamma)
                        : RgbSpace::make(corners, Curve::kSrgb);
         color.space = space.value_or(color.space);
-    } else {
+    } else if (!says.is_srgb && !has_profile) {
         heed_exif(file, "png", &color);
     }
-    // One that libpng leaves out, as it does with damaged ones and those of inks.
-    if (says.has_profile) color.note = messages::kProfileUnused;
+    if (has_profile) {
+        color.profile = png_profile(file, says.profile_at, says.profile_bytes);
+        if (color.profile.empty()) color.note = messages::kProfileUnused;
+    }
     return color;
 }
 
@@ -115,12 +117,17 @@ void LabDecoder::decode(const float* in, float* rgb) const {
 }
 
 FileColor color_of(const InputFile& file, std::string_view format, const OIIO::ImageSpec& spec) {
-    if (format == "png") return color_of_png(file, spec);
+    if (format == "png") return color_of_png(file);
     const bool eight_bit = spec.format.basetype == OIIO::TypeDesc::UINT8;
     FileColor out{lab_of(spec), srgb_with(eight_bit ? Curve::kSrgb : Curve::kLinear),
                   profile_of(spec)};
     if (format == "openexr") {
         if (const std::optional<RgbSpace> space = space_of_exr(spec)) out.space = *space;
+    }
+    if (format == "webp") {
+        WebpProfile found = webp_profile(file);
+        if (found.is_there && found.bytes.empty()) out.note = messages::kProfileUnused;
+        if (found.is_there) out.profile = std::move(found.bytes);
     }
     const bool camera = format == "jpeg" || format == "tiff";
     if (camera && eight_bit && out.profile.empty() && out.lab == Lab::kNone && spec.nchannels >= 3)

@@ -24,8 +24,6 @@ void take(std::string_view type, const uint8_t* data, size_t length, PngColor* c
     constexpr double kUnit = 1e-5;
     if (type == "cICP" && length == 4) {
         color->code_points = {data[0], data[1], data[2], data[3]};
-    } else if (type == "iCCP") {
-        color->has_profile = true;
     } else if (type == "sRGB" && length == 1) {
         color->is_srgb = true;
     } else if (type == "gAMA" && length == 4) {
@@ -76,6 +74,10 @@ PngColor read_png_color(const InputFile& file) {
         const std::string_view type(reinterpret_cast<const char*>(chunk.data()) + 4, 4);
         if (type == "IDAT" || type == "IEND") return color;
         if (length > file.bytes() - at - kHead - kTail) return color;
+        if (type == "iCCP") {
+            color.profile_at = at + kHead;
+            color.profile_bytes = length;
+        }
         take(type, chunk.data() + kHead, static_cast<size_t>(length), &color);
         at += kHead + length + kTail;
     }

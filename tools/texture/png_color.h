@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What a PNG says of its colours. OpenImageIO gives the ICC profile and the gamma, but calls every PNG
+// What a PNG says of its colours. OpenImageIO gives the gamma and some ICC profiles, but calls every PNG
 // sRGB, whether it says so or not, and knows nothing of code points and primaries.
 
 #include <array>
@@ -18,8 +18,8 @@ namespace openfab::tools {
 struct PngColor {
     /// cICP: primaries, transfer, matrix, range (ITU-T H.273).
     std::optional<std::array<uint8_t, 4>> code_points;
-    bool has_profile = false;               ///< iCCP
-    bool is_srgb = false;                   ///< sRGB
+    int64_t profile_at = 0, profile_bytes = -1;  ///< the data of iCCP; -1: there is none
+    bool is_srgb = false;                        ///< sRGB
     std::optional<double> gamma;            ///< gAMA: the exponent of the encoding, 1/2.2 or so
     std::optional<Chromaticities> corners;  ///< cHRM
 };

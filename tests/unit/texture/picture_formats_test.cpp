@@ -274,6 +274,69 @@ TEST_F(PictureKinds, AProfileThatIsNotUsedIsTold) {
     }
 }
 
+/// Colours of sRGB with a power as their curve.
+Bytes color_profile(double gamma) {
+    const cmsCIExyY white{0.3127, 0.3290, 1};
+    const cmsCIExyYTRIPLE primaries{{0.64, 0.33, 1}, {0.30, 0.60, 1}, {0.15, 0.06, 1}};
+    cmsToneCurve* const curve = cmsBuildGamma(nullptr, gamma);
+    const std::array<cmsToneCurve*, 3> curves = {curve, curve, curve};
+    cmsHPROFILE profile = cmsCreateRGBProfile(&white, &primaries, curves.data());
+    cmsFreeToneCurve(curve);
+    return saved(profile);
+}
+
+/// Bytes as zlib stores them, without compression.
+Bytes stored(const Bytes& bytes) {
+    constexpr uint32_t kBase = 65521;
+    uint32_t low = 1, high = 0;
+    for (const char c : bytes) {
+        low = (low + static_cast<uint8_t>(c)) % kBase;
+        high = (high + low) % kBase;
+    }
+    return "\x78\x01\x01" + little(bytes.size(), 2) + little(~bytes.size() & 0xffff, 2) + bytes +
+           big(high << 16 | low, 4);
+}
+
+/// What a picture of one value, as OpenImageIO writes it, has as its bytes.
+Bytes written(const std::filesystem::path& file, int channels) {
+    constexpr int kSide = 16;
+    const OIIO::ImageSpec spec(kSide, kSide, channels, OIIO::TypeDesc::UINT8);
+    const std::vector<uint8_t> pixels(static_cast<size_t>(kSide * kSide * channels), 200);
+    const auto out = OIIO::ImageOutput::create(file.string());
+    EXPECT_TRUE(out->open(file.string(), spec));
+    EXPECT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, pixels.data()));
+    out->close();
+    std::ifstream in(file, std::ios::binary);
+    return Bytes(std::istreambuf_iterator<char>(in), {});
+}
+
+// libpng leaves out a grey picture's profile that is of colours; OpenImageIO reads none of WebP.
+TEST_F(PictureKinds, ProfilesThatTheirLibrariesLeaveOutCount) {
+    constexpr double kGamma = 1.4;
+    const double want = std::pow(200 / 255.0, kGamma);
+    const Bytes profile = color_profile(kGamma);
+    for (const int channels : {1, 3}) {
+        const Bytes packed = Bytes("name\0\0", 6) + stored(profile);
+        const Bytes chunk = big(packed.size(), 4) + "iCCP" + packed + Bytes(4, '\0');
+        constexpr size_t kBehindHead = 33;
+        Bytes png = written(folder_.path() / "a.png", channels);
+        EXPECT_NEAR(texels(png.insert(kBehindHead, chunk), channels)[0], want, 1e-4) << channels;
+    }
+    constexpr size_t kBehindKind = 12;
+    const Bytes webp = written(folder_.path() / "a.webp", 3).substr(kBehindKind);
+    const Bytes padded = profile + Bytes(profile.size() % 2, '\0');
+    const Bytes chunks = "VP8X" + little(10, 4) + little(0x20, 4) + little(15, 3) + little(15, 3) +
+                         "ICCP" + little(profile.size(), 4) + padded + webp;
+    const Bytes whole = "RIFF" + little(4 + chunks.size(), 4) + "WEBP" + chunks;
+    EXPECT_NEAR(texels(whole, 3)[0], want, 0.01);
+    // A damaged one is told, and nothing else.
+    Bytes damaged = whole;
+    damaged.replace(damaged.find("acsp"), 4, "none");
+    ::testing::internal::CaptureStderr();
+    EXPECT_NEAR(texels(damaged, 3)[0], srgb(200 / 255.0), 0.01);
+    EXPECT_THAT(::testing::internal::GetCapturedStderr(), testing::Says(messages::kProfileUnused));
+}
+
 TEST_F(PictureKinds, WhatALibraryIsNotMadeForIsAnErrorInAnyCase) {
     const std::filesystem::path out = folder_.path() / "none.oftx";
     const Bytes whole = bmp(24, "", Bytes(16, '\7'));
