@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "mechanics/part/eigen.h"
+#include "mechanics/part/part_results.h"
 #include "mechanics/solver/conjugate_gradients.h"
 #include "mechanics/solver/parallel.h"
 #include "mechanics/solver/strain.h"
@@ -384,22 +385,26 @@ Buckling buckling_of(PartProblem* problem, Vector* moved, double far, const Solv
         const GeometricOperator b(p, values, moved);
         Search search(p.grid, a, b, options, most_work);
         search.run(far, &out);
+        // Of what is solid: elsewhere nothing resists, and the shape is whatever the search began with.
         double most = 0;
-        for (int64_t node = 0; out.factor > 0 && node < p.grid.node_count(); ++node) {
-            const int64_t row = node / p.grid.nodes[0];
-            const auto x = static_cast<int32_t>(node % p.grid.nodes[0]),
-                       y = static_cast<int32_t>(row % p.grid.nodes[1]),
-                       z = static_cast<int32_t>(row / p.grid.nodes[1]);
-            Vec3 u;
-            for (int c = 0; c < 3; ++c)
-                u[static_cast<size_t>(c)] = search.shape().row(c, y, z)[x];
-            const double length = std::hypot(u[0], u[1], u[2]);
-            if (length <= most) continue;
-            most = length;
-            const int32_t at[3] = {x, y, z};
-            for (size_t c = 0; c < 3; ++c) {
-                out.moves[c] = u[c] / length;
-                out.moves_at_mm[c] = p.voxels.origin_mm[c] + at[c] * p.grid.pitch_mm[c];
+        for (int64_t e = 0; out.factor > 0 && e < p.grid.element_count(); ++e) {
+            if (p.elements.kind[static_cast<size_t>(e)] != kSolid) continue;
+            const std::array<int32_t, 3> first = place_of(p.grid, e);
+            for (const uint8_t d : {uint8_t{4}, uint8_t{5}}) {
+                const std::array<int64_t, 4> nodes = nodes_of(p.grid, {e, d});
+                for (size_t k = 0; k < 4; ++k) {
+                    const Vec3 u = moved_at(search.shape(), nodes[k]);
+                    const double length = std::hypot(u[0], u[1], u[2]);
+                    if (length <= most) continue;
+                    most = length;
+                    const size_t at[3] = {k % 2, k / 2, d - size_t{4}};
+                    for (size_t c = 0; c < 3; ++c) {
+                        out.moves[c] = u[c] / length;
+                        out.moves_at_mm[c] =
+                            p.voxels.origin_mm[c] +
+                            (first[c] + static_cast<double>(at[c])) * p.grid.pitch_mm[c];
+                    }
+                }
             }
         }
     }

@@ -397,6 +397,26 @@ TEST(MechanicsBuckling, RoundColumnsAreNotTakenForStiffer) {
     EXPECT_EQ(flat.summary.least_safety_cut, flat.summary.least_safety);
 }
 
+// A strut that is clamped at one end moves most at the other, across its axis, whatever is in the box around it.
+TEST(MechanicsBuckling, TheFreeEndMovesMost) {
+    constexpr int32_t kLength = 40, kBox = 10;
+    constexpr double kRadius = 2;
+    Loaded l = loaded(shape({kLength, kBox, kBox}, 0.3,
+                            [](const Vec3& p) {
+                                return std::hypot(p[1] - kBox / 2.0, p[2] - kBox / 2.0) < kRadius;
+                            }),
+                      R"({"held": [{"side": "-x"}],
+                          "loads": [{"side": "+x", "force_N": [-1, 0, 0]}]})");
+    const Buckling b =
+        buckling_of(&l.solved.problem, &l.solved.solution.moved_mm, 1e4, SolveOptions());
+    EXPECT_GT(b.factor, 0);
+    EXPECT_EQ(b.moves_at_mm[0], kLength);
+    // A corner of an element of the strut.
+    EXPECT_LE(std::hypot(b.moves_at_mm[1] - kBox / 2.0, b.moves_at_mm[2] - kBox / 2.0),
+              kRadius + std::numbers::sqrt2);
+    EXPECT_LT(std::abs(b.moves[0]), 0.3);
+}
+
 // Elements that are long along what bends make it too stiff; what a verdict takes off is enough, and nothing of cubes.
 TEST(MechanicsBuckling, LongElementsAreNotTakenForStiffer) {
     constexpr double kPi = std::numbers::pi;
