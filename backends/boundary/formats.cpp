@@ -52,67 +52,57 @@ std::string below_bed(const pipeline::PrintInfo& info) {
     return lowest < 0 ? fmt::format(messages::kBelowBed, lowest) : "";
 }
 
+/// What all formats of meshes have.
+constexpr backends::Format mesh_format(std::string_view name, std::string_view extension,
+                                       decltype(backends::Format::open) open) {
+    backends::Format format;
+    format.name = name;
+    format.extension = extension;
+    format.kind = backends::FormatKind::kMesh;
+    format.not_resumed = messages::kMeshNotResumed;
+    format.ended_early = messages::kEndedEarly;
+    format.bytes_per_column = [](size_t) { return kMesherBytesPerColumn; };
+    format.files = backends::one_renamed_file;
+    format.open = open;
+    return format;
+}
+
+constexpr backends::Format threemf_format() {
+    backends::Format format = mesh_format("3mf", ".3mf", open_threemf);
+    format.mixture_bytes_per_column = colored_bytes_per_column;
+    return format;
+}
+
+/// Positions of two planes, where every voxel differs from its neighbours.
+constexpr backends::Format apart_format() {
+    backends::Format format = mesh_format("3mf-apart", ".3mf", open<make_apart_writer>);
+    format.bytes_per_column = [](size_t) {
+        return kMesherBytesPerColumn + PositionIndex::kBytesPerColumn;
+    };
+    return format;
+}
+
+constexpr backends::Format mixed_format() {
+    backends::Format format = mesh_format("filament-mixed", ".3mf", open_mixed);
+    format.mixture_bytes_per_column = mixed_bytes_per_column;
+    format.needs_mixtures = true;
+    return format;
+}
+
+constexpr backends::Format stl_format() {
+    backends::Format format = mesh_format("stl", ".stl", open<make_stl_writer>);
+    format.note = below_bed;
+    format.files = stl_files;
+    return format;
+}
+
 }  // namespace
 
-const backends::Format kThreemfFormat{
-    .name = "3mf",
-    .extension = ".3mf",
-    .kind = backends::FormatKind::kMesh,
-    .not_resumed = messages::kMeshNotResumed,
-    .ended_early = messages::kEndedEarly,
-    .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
-    .files = backends::one_renamed_file,
-    .open = open_threemf,
-    .mixture_bytes_per_column = colored_bytes_per_column,
-};
-
-const backends::Format kApartFormat{
-    .name = "3mf-apart",
-    .extension = ".3mf",
-    .kind = backends::FormatKind::kMesh,
-    .not_resumed = messages::kMeshNotResumed,
-    .ended_early = messages::kEndedEarly,
-    // Positions of two planes, where every voxel differs from its neighbours.
-    .bytes_per_column =
-        [](size_t) { return kMesherBytesPerColumn + PositionIndex::kBytesPerColumn; },
-    .files = backends::one_renamed_file,
-    .open = open<make_apart_writer>,
-};
-
-const backends::Format kFilamentFormat{
-    .name = "filament",
-    .extension = ".3mf",
-    .kind = backends::FormatKind::kMesh,
-    .not_resumed = messages::kMeshNotResumed,
-    .ended_early = messages::kEndedEarly,
-    .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
-    .files = backends::one_renamed_file,
-    .open = open<make_filament_writer>,
-};
-
-const backends::Format kMixedFormat{
-    .name = "filament-mixed",
-    .extension = ".3mf",
-    .kind = backends::FormatKind::kMesh,
-    .not_resumed = messages::kMeshNotResumed,
-    .ended_early = messages::kEndedEarly,
-    .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
-    .files = backends::one_renamed_file,
-    .open = open_mixed,
-    .mixture_bytes_per_column = mixed_bytes_per_column,
-    .needs_mixtures = true,
-};
-
-const backends::Format kStlFormat{
-    .name = "stl",
-    .extension = ".stl",
-    .kind = backends::FormatKind::kMesh,
-    .not_resumed = messages::kMeshNotResumed,
-    .ended_early = messages::kEndedEarly,
-    .note = below_bed,
-    .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
-    .files = stl_files,
-    .open = open<make_stl_writer>,
-};
+constinit const backends::Format kThreemfFormat = threemf_format();
+constinit const backends::Format kApartFormat = apart_format();
+constinit const backends::Format kFilamentFormat =
+    mesh_format("filament", ".3mf", open<make_filament_writer>);
+constinit const backends::Format kMixedFormat = mixed_format();
+constinit const backends::Format kStlFormat = stl_format();
 
 }  // namespace openfab::boundary
