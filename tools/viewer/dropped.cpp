@@ -100,44 +100,6 @@ std::string notes_of(const std::string& words) {
     return out;
 }
 
-/// A message of an import in the page's own terms: without the folder that nobody knows, and without advice for who types
-/// commands, in brackets or as a sentence of its own.
-std::string page_words(std::string words, const fs::path& scratch) {
-    const std::string folder = scratch.string() + "/";
-    for (size_t at = 0; (at = words.find(folder, at)) != std::string::npos;)
-        words.erase(at, folder.size());
-    const auto is_command = [](std::string_view text) {
-        return text.find("openfab ") != std::string_view::npos ||
-               text.find("--") != std::string_view::npos ||
-               text.find("scripts/") != std::string_view::npos ||
-               text.find("\"repair\"") != std::string_view::npos;
-    };
-    std::string out;
-    for (size_t from = 0; from < words.size();) {
-        // A sentence, or a part of one up to a semicolon: what is in brackets, and what is not.
-        std::vector<std::string> parts(1);
-        std::string plain;
-        bool bracketed = false;
-        size_t to = from;
-        for (; to < words.size(); ++to) {
-            const bool ends = to > from && (words[to - 1] == '.' || words[to - 1] == ';');
-            if (!bracketed && to > from && (words[to] == '\n' || (ends && words[to] == ' '))) break;
-            if (words[to] == '(' && !bracketed) parts.emplace_back(), bracketed = true;
-            parts.back() += words[to];
-            if (!bracketed) plain += words[to];
-            if (words[to] == ')' && bracketed) parts.emplace_back(), bracketed = false;
-        }
-        from = to;
-        if (is_command(plain)) continue;
-        for (const std::string& part : parts) {
-            if (!is_command(part)) out += part;
-        }
-    }
-    while (!out.empty() && (out.back() == ' ' || out.back() == ';' || out.back() == '\n'))
-        out.pop_back();
-    return out.empty() ? out : out + "\n";
-}
-
 /// A name that a section of the world does not have, or has for the same already.
 std::string free_entry(const JsonValue& world, std::string_view section, const std::string& stem,
                        const std::string& value) {
@@ -227,8 +189,7 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
     const std::string words = client::end_of_file(err, kMostWords);
     if (code != 0) {
         const bool mendable = !repair && words.find("winding") != std::string::npos;
-        const std::string said =
-            page_words(words.substr(words.starts_with("error: ") ? 7 : 0), scratch_);
+        const std::string said = words.substr(words.starts_with("error: ") ? 7 : 0);
         return user_error((said.empty() ? std::string(messages::kImportFailed) : said) +
                           (mendable ? messages::kCanBeRepaired : ""));
     }
@@ -240,7 +201,7 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
                                    ? nullptr
                                    : member_of(meshes->members[0].value, "file");
     if (of_file == nullptr) return internal_error(messages::kImportMadeNoMesh);
-    Made out{text, page_words(notes_of(words), scratch_), {}, true};
+    Made out{text, notes_of(words), {}, true};
     if (meshes->members.size() > 1)
         out.notes += fmt::format(messages::kFirstMeshShown, meshes->members.size());
     const Result<std::string> name = put_beside(made / of_file->text, world.parent_path());
