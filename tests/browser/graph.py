@@ -9,21 +9,11 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from harness import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E402
+from harness import FABLET, WORLD, Page, Viewer, check, middle, run_with_browser  # noqa: E402
 
 
 def text(page):
     return page.input_value("#source")
-
-
-def middle(page, selector):
-    """Returns the middle of the first match, which may be redrawn at any moment."""
-    for _ in range(100):
-        box = page.locator(selector).first.bounding_box()
-        if box:
-            return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        page.wait_for_timeout(100)
-    raise LookupError(selector)
 
 
 def node(page, title):

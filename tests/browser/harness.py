@@ -56,6 +56,16 @@ def check(what, fine):
         failures.append(what)
 
 
+def middle(page, selector, n=0):
+    """Returns the middle of the nth match, which may be redrawn at any moment."""
+    for _ in range(100):
+        box = page.locator(selector).nth(n).bounding_box()
+        if box:
+            return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.wait_for_timeout(100)
+    raise LookupError(selector)
+
+
 class Viewer:
     def __init__(self, options, *arguments):
         self.process = subprocess.Popen([options.bin / "openfab", "view", *arguments], stdout=subprocess.PIPE, text=True)

@@ -13,7 +13,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from graph import drag, text  # noqa: E402
-from harness import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E402
+from harness import FABLET, WORLD, Page, Viewer, check, middle, run_with_browser  # noqa: E402
 
 OCTAHEDRON = """v 10 0 0
 v -10 0 0
@@ -65,8 +65,7 @@ def bitmap(width, height, dark):
 
 def by_label(page, label, which, n=0):
     """Returns the middle of a part of the nth node of that label."""
-    box = page.locator(f"#graph_svg .node[aria-label='{label}'] {which}").nth(n).bounding_box()
-    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    return middle(page, f"#graph_svg .node[aria-label='{label}'] {which}", n)
 
 
 def ready(at):

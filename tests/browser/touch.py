@@ -10,7 +10,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from graph import text  # noqa: E402
-from harness import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E402
+from harness import FABLET, WORLD, Page, Viewer, check, middle, run_with_browser  # noqa: E402
 
 
 class Fingers:
@@ -54,11 +54,6 @@ GROUND = """() => {
     }
     return null;
 }"""
-
-
-def middle(page, selector):
-    box = page.locator(selector).first.bounding_box()
-    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
 def seen(page):
