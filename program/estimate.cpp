@@ -26,7 +26,7 @@ namespace openfab::program {
 namespace {
 
 /// A coarse print: its voxels at most, and the seconds that its set-up and then its slices are given.
-struct CoarsePrint {
+struct CoarseTrial {
     double voxels, set_up_seconds, seconds;
 };
 /// Of coarse prints; with less than kFewVoxels materials are known roughly.
@@ -38,7 +38,7 @@ constexpr double kTimeSeconds = 2.0;
 
 /// Returns coarse prints to try, one after the other. Voxels shrink with the cube of the pitch, what
 /// is diced far less: a patch is never less than a triangle of its mesh.
-std::array<CoarsePrint, 2> coarse_prints(const Estimate& e) {
+std::array<CoarseTrial, 2> coarse_prints(const Estimate& e) {
     const double share = kCoarseSeconds / std::max(e.time.processor_seconds, kCoarseSeconds);
     const double diced = e.time.dicing_seconds / std::max(e.time.processor_seconds, kCoarseSeconds);
     const double voxels = static_cast<double>(e.set_up.voxels_total) * std::pow(share, 1 + diced);
@@ -47,7 +47,7 @@ std::array<CoarsePrint, 2> coarse_prints(const Estimate& e) {
 }
 
 /// Prints with that many voxels; returns false if it takes too long or too much memory.
-Result<bool> print_coarse(const CoarsePrint& coarse, pipeline::PrintInput input,
+Result<bool> print_coarse(const CoarseTrial& coarse, pipeline::PrintInput input,
                           pipeline::PrintOptions pipeline, const pipeline::PrintInfo& info,
                           const std::atomic<bool>& interrupt, Estimate* out) {
     const double voxels = static_cast<double>(out->set_up.voxels_total);
@@ -165,7 +165,7 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
     if (!time) return time.error();
     out.time = *time;
     print.reset();
-    for (const CoarsePrint& coarse : coarse_prints(out)) {
+    for (const CoarseTrial& coarse : coarse_prints(out)) {
         out.few_voxels = coarse.voxels < kFewVoxels;
         const Result<bool> done = print_coarse(coarse, input, pipeline, info, interrupt, &out);
         if (!done) return done.error();

@@ -43,7 +43,7 @@ struct Range {
     bool operator==(const Range&) const = default;
 };
 
-struct Condition {
+struct Guard {
     ValueId value = kNoValue;
     bool holds = true;
 };
@@ -51,7 +51,7 @@ struct Condition {
 /// One step, of values of the kernel.
 struct Write {
     openfab_elements_kind kind = OPENFAB_ELEMENTS_FILL;
-    std::vector<Condition> guard;
+    std::vector<Guard> guard;
     ValueId value = kNoValue;  ///< of a fill or a store
     int32_t from = 0;          ///< state, of a copy
     int32_t from_apart = 0;
@@ -79,7 +79,7 @@ class Reader {
     std::vector<Range> ranges;
 
   private:
-    bool read(size_t k, const std::vector<Condition>& guard) {
+    bool read(size_t k, const std::vector<Guard>& guard) {
         const ElementNode& node = pattern_.node(k);
         Write write;
         write.guard = guard;
@@ -110,7 +110,7 @@ class Reader {
         return false;
     }
 
-    bool choice(const ElementNode& node, std::vector<Condition> guard) {
+    bool choice(const ElementNode& node, std::vector<Guard> guard) {
         const ElementNode& test = pattern_.node(node.args[0]);
         if (test.kind == Kind::kCommon) {
             guard.push_back({test.id, true});
@@ -135,7 +135,7 @@ class Reader {
     }
 
     /// Takes a test apart: one part says which element, the others hold for all or none.
-    bool add_factors(const ElementNode& test, std::vector<Condition>* guard,
+    bool add_factors(const ElementNode& test, std::vector<Guard>* guard,
                      const ElementNode** is) const {
         if (test.kind == Kind::kCommon) {
             guard->push_back({test.id, true});
@@ -272,7 +272,7 @@ class WriteTaker {
 
     openfab_elements step(const Range& range, const Write& write) {
         openfab_elements out{write.kind, range.first, range.apart, range.count, -1, -1, 0, -1};
-        std::vector<Condition> guard = write.guard;
+        std::vector<Guard> guard = write.guard;
         if (write.kind == OPENFAB_ELEMENTS_COPY) {
             out.value = write.from;
             out.value_apart = write.from_apart;
@@ -293,7 +293,7 @@ class WriteTaker {
             out.index = pass_on(builder_.convert(number, Type::kInt));
         }
         ValueId all = kNoValue;
-        for (const Condition& one : guard) {
+        for (const Guard& one : guard) {
             const ValueId holds = one.holds ? one.value : builder_.emit(Op::kNot, {one.value});
             all = all == kNoValue ? holds : builder_.emit(Op::kAnd, {all, holds});
         }

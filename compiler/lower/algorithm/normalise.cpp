@@ -28,7 +28,7 @@ constexpr float kInsteadOfInfinity = 0x1p100f;
 
 // Loops over up to so many slots are written out, which keeps sums in registers. Code for more
 // would take longer to compile than it could save.
-constexpr int64_t kMostUnrolled = 16;
+constexpr int64_t kMostUnrolledSlots = 16;
 
 /// A comparison of floats that may be NaN or infinite. The target feature marks float results only:
 /// without the wrapper LLVM may assume that there are none, and does where a schedule lets it.
@@ -127,7 +127,7 @@ Normalised normalise(const Func& amounts, const Expr& slots, const Halide::Image
     for (const Func& f : {total, scaled, sums, whole, rounded, remainder, unusable})
         Func(f).compute_root().store_in(Halide::MemoryType::Stack);
     if (const std::optional<int64_t> count = integer_constant(slots);
-        count && *count <= kMostUnrolled) {
+        count && *count <= kMostUnrolledSlots) {
         for (const Func& f : {total, sums, unusable})
             Func(f).update().unroll(slot);
         for (const Func& f : {whole, remainder})

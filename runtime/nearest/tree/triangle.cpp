@@ -11,12 +11,6 @@
 namespace openfab::nearest {
 namespace {
 
-void store(const Vec3d& v, float* out) {
-    out[0] = static_cast<float>(v.x);
-    out[1] = static_cast<float>(v.y);
-    out[2] = static_cast<float>(v.z);
-}
-
 bool comes_before(const Vec3f& a, const Vec3f& b) {
     if (a.x != b.x) return a.x < b.x;
     if (a.y != b.y) return a.y < b.y;

@@ -17,4 +17,9 @@ inline void store(const Vec3f& v, float* out) {
         out[a] = v[a];
 }
 
+inline void store(const Vec3d& v, float* out) {
+    for (int a = 0; a < 3; ++a)
+        out[a] = static_cast<float>(v[a]);
+}
+
 }  // namespace openfab::nearest

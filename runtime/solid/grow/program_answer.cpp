@@ -16,8 +16,6 @@ namespace openfab::solid {
 
 namespace {
 
-using Kind = ProgramAnswer::Kind;
-
 constexpr int32_t kMostOfMesh = 1 << 24;  ///< vertices, triangles
 constexpr size_t kShown = 60;             ///< bytes of a line in a message
 constexpr size_t kLongestError = 2000;
@@ -99,6 +97,8 @@ class Reader {
     }
 
   private:
+    using Kind = ProgramAnswer::Kind;
+
     bool next_line() {
         if (at_ >= text_.size()) return false;
         const size_t end = std::min(text_.find('\n', at_), text_.size());

@@ -27,8 +27,6 @@ namespace openfab::solid {
 
 namespace {
 
-using Kind = ProgramAnswer::Kind;
-
 constexpr size_t kKeyWords = kKeyBytes / sizeof(uint32_t);
 constexpr int32_t kMostLevels = 1000;
 constexpr const char* kRootKey = "root";
@@ -199,11 +197,11 @@ class ProgramSource final : public BodySource {
         const Box3f& within = question.bud.bound;
         const uint64_t id = id_of(question.bud, number);
         const int32_t level = question.bud.level + 1;
-        if (item.kind == Kind::kBeam || item.kind == Kind::kFlat) {
+        if (item.kind == ProgramAnswer::Kind::kBeam || item.kind == ProgramAnswer::Kind::kFlat) {
             GrownBeam beam;
             beam.end = item.end;
             beam.radius = item.radius;
-            beam.flat = item.kind == Kind::kFlat;
+            beam.flat = item.kind == ProgramAnswer::Kind::kFlat;
             beam.id = id;
             beam.level = level;
             if (!holds(within, box_of(beam)))
@@ -214,7 +212,7 @@ class ProgramSource final : public BodySource {
         }
         GrownBody body;
         body.axes = {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
-        if (item.kind == Kind::kPlace) {
+        if (item.kind == ProgramAnswer::Kind::kPlace) {
             body.solid = standing()[static_cast<size_t>(item.which)];
             body.at = vec_cast<double>(item.end[0]);
             if (const Complaint bad = body.set_axes(item.axes); !bad.empty())
@@ -228,7 +226,8 @@ class ProgramSource final : public BodySource {
         }
         if (const Box3f reached = body.reached(); !holds(within, reached))
             return outside(question, item.line,
-                           item.kind == Kind::kPlace ? messages::kWhatItPlaces : messages::kAMesh,
+                           item.kind == ProgramAnswer::Kind::kPlace ? messages::kWhatItPlaces
+                                                                    : messages::kAMesh,
                            reached);
         take_values(answer, number, out);
         out->add_body(std::move(body), id, level, within);
