@@ -3,6 +3,7 @@
 
 // 3MF files whose faces have the colours of mixtures, and those whose touching voxels are moved apart, read back number by number.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <array>
