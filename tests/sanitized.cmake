@@ -27,8 +27,7 @@ set(left_costly
 # Left to the night until it is known what they cost or whether they pass: each reads a user's bytes or computes addresses.
 set(left_unmeasured
     unit/beams_test unit/colored_mesh_test unit/fields_test unit/function_nodes_test unit/graph_test
-    unit/grow_threads_test unit/sweeps_test unit/text_test unit/texture_optional_converter_test
-    unit/texture_picture_kinds_test unit/texture_scans_test unit/texture_tiff_test unit/unit_mechanics)
+    unit/texture_optional_converter_test unit/texture_picture_kinds_test unit/unit_mechanics)
 set(left_to_the_night ${left_compiled} ${left_algebra} ${left_plain} ${left_costly} ${left_unmeasured})
 
 # Of the folders whose programs are compared whole (crossings, exec, format, golden, package, programs, scenes, support): what an
