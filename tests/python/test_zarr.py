@@ -68,7 +68,7 @@ def test_zarr_python(store: Path, codes: Any) -> None:
     assert np.allclose(scale["scale"], 2 * PITCH)
     # The middle of the first voxel, which is twice as large.
     read = openfab.read(store)
-    assert np.allclose(translation["translation"], np.array(read.origin)[::-1] + PITCH)
+    assert np.allclose(translation["translation"], np.array(read.info.origin_mm)[::-1] + PITCH)
     assert [label["name"] for label in ome["image-label"]["properties"]] == ["white", "black"]
     assert np.array_equal(np.asarray(read[:]), codes)
 
