@@ -48,23 +48,32 @@ void Film::trace_tile(const Tracer& tracer, int32_t tile, int32_t samples,
     const int32_t across = (options_.width + kTile - 1) / kTile;
     const int32_t x0 = tile % across * kTile;
     const int32_t y0 = tile / across * kTile;
-    for (int32_t y = y0; y < std::min(y0 + kTile, options_.height); ++y) {
-        for (int32_t x = x0; x < std::min(x0 + kTile, options_.width); ++x) {
-            if (stop) return;
-            const size_t index = static_cast<size_t>(y) * static_cast<size_t>(options_.width) +
-                                 static_cast<size_t>(x);
-            Pixel& pixel = pixels_[index];
-            for (int32_t i = 0; i < samples; ++i) {
-                Random random(options_.seed, index, static_cast<uint64_t>(pixel.samples));
-                const double px = (x + random.uniform()) / options_.width;
-                const double py = (y + random.uniform()) / options_.height;
-                bool met = false;
-                const Rgb light = tracer.trace_picture(px, py, &random, &met);
-                for (size_t c = 0; c < 3; ++c)
-                    pixel.sum[c] += light[c];
-                ++pixel.samples;
-            }
-        }
+    const int32_t wide = std::min(kTile, options_.width - x0);
+    const int32_t high = std::min(kTile, options_.height - y0);
+    const auto index_of = [&](int32_t pixel) {
+        return static_cast<size_t>(y0 + pixel / wide) * static_cast<size_t>(options_.width) +
+               static_cast<size_t>(x0 + pixel % wide);
+    };
+    // Paths finish in any order; sums have one.
+    std::vector<Rgb> light(static_cast<size_t>(wide * high * samples));
+    const auto start = [&](int32_t path) {
+        const int32_t pixel = path / samples;
+        const size_t index = index_of(pixel);
+        const auto sample = static_cast<uint64_t>(pixels_[index].samples + path % samples);
+        Random random(options_.seed, index, sample);
+        const double px = (x0 + pixel % wide + random.uniform()) / options_.width;
+        const double py = (y0 + pixel / wide + random.uniform()) / options_.height;
+        return tracer.start_in_picture(px, py, random);
+    };
+    const auto finish = [&](int32_t path, const Rgb& one, bool) {
+        light[static_cast<size_t>(path)] = one;
+    };
+    if (!tracer.trace(wide * high * samples, stop, start, finish)) return;
+    for (int32_t path = 0; path < wide * high * samples; ++path) {
+        Pixel& pixel = pixels_[index_of(path / samples)];
+        for (size_t c = 0; c < 3; ++c)
+            pixel.sum[c] += light[static_cast<size_t>(path)][c];
+        ++pixel.samples;
     }
 }
 

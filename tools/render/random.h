@@ -6,6 +6,7 @@
 // which thread traces which pixel. Everything is + - * / and square roots, without libm, so that it
 // does not depend on the machine either.
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -14,38 +15,34 @@
 
 namespace openfab::render {
 
-/// Returns the natural logarithm of a positive normal number; relative error below 1e-12.
-inline double natural_log(double x) {
-    constexpr double kLog2 = 0.69314718055994530942;
-    constexpr double kSqrt2 = 1.41421356237309504880;
-    const auto bits = std::bit_cast<uint64_t>(x);
-    auto exponent = static_cast<int64_t>(bits >> 52) - 1023;
-    auto m = std::bit_cast<double>((bits & 0x000fffffffffffffULL) | 0x3ff0000000000000ULL);
-    if (m > kSqrt2) {
-        m *= 0.5;
-        ++exponent;
-    }
-    // log m = 2 artanh s, |s| < 0.172
-    const double s = (m - 1) / (m + 1);
-    const double z = s * s;
-    const double series =
-        1 + z * (1.0 / 3 + z * (1.0 / 5 + z * (1.0 / 7 + z * (1.0 / 9 + z * (1.0 / 11 + z / 13)))));
-    return static_cast<double>(exponent) * kLog2 + 2 * s * series;
-}
-
 class Random {
   public:
     /// The stream of one sample of one pixel.
-    Random(uint64_t seed, uint64_t pixel, uint64_t sample)
-        : state_(mix(mix(mix(seed) ^ pixel) ^ sample)) {}
-
-    /// Uniform in (0, 1): never 0, so that its logarithm is finite.
-    double uniform() {
-        state_ += 0x9e3779b97f4a7c15ULL;
-        return (static_cast<double>(mix(state_) >> 12) + 0.5) * 0x1p-52;
+    Random(uint64_t seed, uint64_t pixel, uint64_t sample) {
+        uint64_t key = mix(mix(mix(seed) ^ pixel) ^ sample);
+        for (size_t i = 0; i < 4; i += 2) {
+            key += 0x9e3779b97f4a7c15ULL;
+            const uint64_t two = mix(key);
+            state[i] = static_cast<uint32_t>(two);
+            state[i + 1] = static_cast<uint32_t>(two >> 32);
+        }
     }
-    /// Exponential with mean 1.
-    double exponential() { return -natural_log(uniform()); }
+
+    /// All bits are random: xoshiro128++ (Blackman and Vigna 2021), as lanes of paths have it, too (flights.inl).
+    uint32_t bits() {
+        std::array<uint32_t, 4>& s = state;
+        const uint32_t out = std::rotl(s[0] + s[3], 7) + s[0];
+        const uint32_t t = s[1] << 9;
+        s[2] ^= s[0];
+        s[3] ^= s[1];
+        s[1] ^= s[2];
+        s[0] ^= s[3];
+        s[2] ^= t;
+        s[3] = std::rotl(s[3], 11);
+        return out;
+    }
+    /// Uniform in (0, 1).
+    double uniform() { return (bits() + 0.5) * 0x1p-32; }
 
     /// Uniform cosine and sine of an azimuth (von Neumann's way, which needs no trigonometry).
     void azimuth(double* cosine, double* sine) {
@@ -61,13 +58,8 @@ class Random {
     }
     /// A direction at angle `cosine` to `axis`, which is a unit vector.
     Vec3d around(const Vec3d& axis, double cosine);
-    Vec3d on_sphere() {
-        double c = 0, s = 0;
-        azimuth(&c, &s);
-        const double z = 2 * uniform() - 1;
-        const double r = std::sqrt(std::max(0.0, 1 - z * z));
-        return {r * c, r * s, z};
-    }
+
+    std::array<uint32_t, 4> state;
 
   private:
     /// The finaliser of SplitMix64 (Steele, Lea and Flood 2014).
@@ -76,8 +68,6 @@ class Random {
         x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
         return x ^ (x >> 31);
     }
-
-    uint64_t state_;
 };
 
 /// Sets `a` and `b` so that they and the unit vector `n` are an orthonormal frame (Duff et al. 2017).

@@ -16,9 +16,11 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kPi = std::numbers::pi;
+constexpr double kLeastStep = 1e-200;
 
-/// Weights below are played for, so that paths through dark materials end.
-constexpr double kLight = 0.1;
+/// Mean weights below Lanes::kLight are played for, so that paths through dark materials end. Those that go on weigh so much:
+/// more than kLight, so that they need not play at each collision.
+constexpr double kPlayed = 0.2;
 /// From so many surfaces on, some paths end whatever they weigh: total reflection can catch light that
 /// nothing absorbs.
 constexpr int32_t kManySurfaces = 64;
@@ -32,13 +34,6 @@ Rgb operator*(const Rgb& a, double s) {
     return {a[0] * s, a[1] * s, a[2] * s};
 }
 
-/// A cosine of Henyey and Greenstein's phase function.
-double scattering_cosine(double g, double u) {
-    if (std::abs(g) < 1e-3) return 1 - 2 * u;
-    const double s = (1 - g * g) / (1 - g + 2 * g * u);
-    return std::clamp((1 + g * g - s * s) / (2 * g), -1.0, 1.0);
-}
-
 double interpolate(const std::array<int32_t, 8>& c, double x, double y, double z) {
     const auto along = [&](size_t i) { return c[i] + x * (c[i + 1] - c[i]); };
     const double low = along(0) + y * (along(2) - along(0));
@@ -46,87 +41,143 @@ double interpolate(const std::array<int32_t, 8>& c, double x, double y, double z
     return low + z * (high - low);
 }
 
+/// A lane that is not in use stays where nothing is.
+void clear(int32_t lane, Lanes* lanes) {
+    lanes->is_used[lane] = 0;
+    lanes->depth[lane] = 0;
+    for (int a = 0; a < 3; ++a) {
+        lanes->at[a][lane] = 0.5;
+        lanes->direction[a][lane] = lanes->step[a][lane] = lanes->weight[a][lane] = 0;
+        lanes->cell[a][lane] = 0;
+    }
+}
+
 }  // namespace
 
-/// Where a ray leaves boxes; `inverse` is 1 / step.
-struct Tracer::Exits {
-    Vec3d inverse;
-    explicit Exits(const Vec3d& step) {
-        for (int a = 0; a < 3; ++a)
-            inverse[a] = step[a] != 0 ? 1 / step[a] : kFar;
-    }
-    /// Returns the first of the three, in mm from `at`, and its axis.
-    double next(const Vec3d& at, const Vec3d& step, const Vec3d& low, double side,
-                int* axis) const {
-        double first = kFar;
+/// Steps of a ray through a grid of boxes. Directions are random, so that branches on them would be guessed wrong.
+struct Tracer::Steps {
+    Vec3i at;    ///< the box; no number of it is negative, but of one that the ray left the grid to
+    Vec3i ways;  ///< +1 or -1
+    Vec3d next;  ///< where the ray leaves it along each axis, in mm
+    Vec3d apart;  ///< from there to where it leaves the next
+    Vec3d speed;  ///< boxes per mm
+
+    /// From `t` on; the boxes are `side` voxels wide, the first begins at `origin` along each axis.
+    Steps(const Ray& ray, double t, double origin, double side) {
         for (int a = 0; a < 3; ++a) {
-            if (step[a] == 0) continue;
-            const double t = (low[a] + (step[a] > 0 ? side : 0) - at[a]) * inverse[a];
-            if (t < first) {
-                first = t;
-                *axis = a;
-            }
+            const double step = ray.step[a] != 0 ? ray.step[a] : kLeastStep;
+            const double place = (ray.at[a] + ray.step[a] * t - origin) / side;
+            at[a] = static_cast<int32_t>(place);
+            const bool is_up = step > 0;
+            ways[a] = is_up ? 1 : -1;
+            // On its border it is the box ahead.
+            at[a] -= static_cast<int32_t>(!is_up) & static_cast<int32_t>(at[a] == place);
+            const double inverse = 1 / step;
+            next[a] = ((at[a] + (is_up ? 1 : 0)) * side + origin - ray.at[a]) * inverse;
+            apart[a] = std::abs(inverse) * side;
+            speed[a] = std::abs(step) / side;
         }
-        return first;
+    }
+    /// Where the ray leaves this box and up to `more` further ones along each axis.
+    double leaves(const Vec3i& more) const {
+        return std::min(
+            {next.x + apart.x * more.x, next.y + apart.y * more.y, next.z + apart.z * more.z});
+    }
+    /// Goes on to the box that begins at `t`, which leaves() gave.
+    void go_on(double t) {
+        for (int a = 0; a < 3; ++a) {
+            const double beyond = (t - next[a]) * speed[a];
+            const int32_t passed = beyond >= 0 ? static_cast<int32_t>(beyond) + 1 : 0;
+            at[a] += ways[a] * passed;
+            next[a] += apart[a] * passed;
+        }
     }
 };
 
-Tracer::Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t macro_blocks)
-    : volume_(*volume), scene_(std::move(scene)), surface_(optics.surface) {
-    for (const MaterialOptics& one : optics.by_code) {
-        Material material{};
-        for (size_t c = 0; c < 3; ++c) {
-            material.extinction[c] = one.extinction[c];
-            material.scattering[c] = one.extinction[c] * one.albedo[c];
-        }
-        material.anisotropy = one.anisotropy;
-        materials_.push_back(material);
-    }
+Tracer::Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t macro_blocks,
+               int instruction_set)
+    : volume_(*volume),
+      scene_(std::move(scene)),
+      surface_(optics.surface),
+      clearances_(*volume),
+      fly_(best_flight(instruction_set)) {
     std::vector<float> largest;
-    for (const Material& one : materials_)
-        largest.push_back(static_cast<float>(
-            std::max({one.extinction[0], one.extinction[1], one.extinction[2]})));
+    for (const MaterialOptics& one : optics.by_code) {
+        LaneMaterial material{};
+        for (size_t c = 0; c < 3; ++c) {
+            material.extinction[c] = static_cast<float>(one.extinction[c]);
+            material.scattering[c] = static_cast<float>(one.extinction[c] * one.albedo[c]);
+        }
+        material.anisotropy = static_cast<float>(one.anisotropy);
+        medium_.materials.push_back(material);
+        largest.push_back(
+            std::max({material.extinction[0], material.extinction[1], material.extinction[2]}));
+    }
     const Vec3i blocks = volume_.blocks();
-    for (int32_t b = macro_blocks; b > 1; b /= 2)
-        ++cell_shift_;
     OPENFAB_CHECK(macro_blocks == 1 || macro_blocks == 2 || macro_blocks == Volume::kGroup);
+    medium_.cell_shift = 3;
+    for (int32_t b = macro_blocks; b > 1; b /= 2)
+        ++medium_.cell_shift;
     cell_count_ = {blocks.x / macro_blocks, blocks.y / macro_blocks, blocks.z / macro_blocks};
-    std::vector<bool> is_new(static_cast<size_t>(cell_count_.x) *
-                                 static_cast<size_t>(cell_count_.y) *
-                                 static_cast<size_t>(cell_count_.z),
-                             true);
-    cells_.resize(is_new.size());
+    const size_t cells = static_cast<size_t>(cell_count_.x) * static_cast<size_t>(cell_count_.y) *
+                         static_cast<size_t>(cell_count_.z);
+    group_count_ = {blocks.x / Volume::kGroup, blocks.y / Volume::kGroup,
+                    blocks.z / Volume::kGroup};
+    is_void_.assign(index_in(group_count_, {0, 0, group_count_.z}), 1);
+    std::vector<bool> is_new(cells, true);
+    medium_.majorants.resize(cells);
+    std::vector<Clearances::Kind> kinds(cells);
     for (int32_t z = 0; z < blocks.z; ++z) {
         for (int32_t y = 0; y < blocks.y; ++y) {
             for (int32_t x = 0; x < blocks.x; ++x) {
                 const size_t i =
-                    (static_cast<size_t>(z / macro_blocks) * static_cast<size_t>(cell_count_.y) +
-                     static_cast<size_t>(y / macro_blocks)) *
-                        static_cast<size_t>(cell_count_.x) +
-                    static_cast<size_t>(x / macro_blocks);
-                Macrocell& cell = cells_[i];
+                    index_in(cell_count_, {x / macro_blocks, y / macro_blocks, z / macro_blocks});
                 volume_.for_codes({x, y, z}, [&](uint8_t code) {
                     OPENFAB_DCHECK(code < largest.size());
-                    cell.majorant = std::max(cell.majorant, largest[code]);
+                    medium_.majorants[i] = std::max(medium_.majorants[i], largest[code]);
                 });
-                const Volume::Kind kind = volume_.kind({x, y, z});
-                if (!is_new[i] && kind != cell.kind) {
-                    cell.kind = Volume::Kind::kSurface;
-                } else {
-                    cell.kind = kind;
-                }
+                const Clearances::Kind kind = clearances_.kind({x, y, z});
+                kinds[i] = is_new[i] || kind == kinds[i] ? kind : Clearances::Kind::kSurface;
                 is_new[i] = false;
+                if (kind == Clearances::Kind::kOutside) continue;
+                constexpr int32_t kGroup = Volume::kGroup;
+                is_void_[index_in(group_count_, {x / kGroup, y / kGroup, z / kGroup})] = 0;
             }
         }
+    }
+    for (size_t i = 0; i < cells; ++i) {
+        // The sign tells where a surface may be: -0, too, is below what is looked at there.
+        constexpr float kLeast = 1e-30F;
+        if (kinds[i] == Clearances::Kind::kSurface)
+            medium_.majorants[i] = -std::max(medium_.majorants[i], kLeast);
     }
     const Vec3d mm = volume_.pitch_mm();
     per_mm_ = {1 / mm.x, 1 / mm.y, 1 / mm.z};
     apart_mm_ = 1e-5 * std::min({mm.x, mm.y, mm.z});
+    for (int a = 0; a < 3; ++a) {
+        medium_.cells[a] = cell_count_[a];
+        medium_.blocks[a] = blocks[a];
+        medium_.per_mm[a] = static_cast<float>(per_mm_[a]);
+    }
+    medium_.codes = volume_.codes();
+    medium_.code_pool = volume_.code_pool();
+    medium_.clearances = clearances_.entries();
+    medium_.clearance_pool = clearances_.pool();
+    medium_.meets = meets;
+    medium_.tracer = this;
 }
 
 void Tracer::aim(const Vec3d& direction, Ray* ray) const {
     ray->direction = direction;
     ray->step = {direction.x * per_mm_.x, direction.y * per_mm_.y, direction.z * per_mm_.z};
+}
+
+Vec3i Tracer::cell_of(const Vec3d& at) const {
+    Vec3i cell;
+    for (int a = 0; a < 3; ++a)
+        cell[a] =
+            std::clamp(static_cast<int32_t>(at[a]) >> medium_.cell_shift, 0, cell_count_[a] - 1);
+    return cell;
 }
 
 double Tracer::enter(const Ray& ray) const {
@@ -184,110 +235,99 @@ Vec3d Tracer::smooth_slope(const Vec3d& at) const {
 }
 
 /// Finds where, between two distances, the coverage passes to the other side.
-bool Tracer::find_surface(const Ray& ray, const Exits& exits, double from, double to,
-                          double* where) const {
-    Vec3d at = ray.at + ray.step * from;
-    Vec3d low;  // the dual cell
-    for (int a = 0; a < 3; ++a) {
-        low[a] = std::floor(at[a] - 0.5);
-        // On its border it is the cell ahead.
-        if (ray.step[a] < 0 && low[a] == at[a] - 0.5) low[a] -= 1;
-    }
+bool Tracer::find_surface(const Ray& ray, double from, double to, double* where) const {
+    Steps dual(ray, from, 0.5, 1);
     const auto is_wrong = [&](double coverage) {
         return (coverage >= Volume::kSurface) != ray.inside;
     };
+    const int32_t of_side = ray.inside ? 0 : Clearances::kVoid;
     for (double begin = from;;) {
-        int axis = 0;
-        const Vec3d corner = low + Vec3d{0.5, 0.5, 0.5};
-        const double leaves = std::max(begin, exits.next(ray.at, ray.step, corner, 1, &axis));
-        const double end = std::min(leaves, to);
-        const std::array<int32_t, 8> c = volume_.corners(
-            static_cast<int32_t>(low.x), static_cast<int32_t>(low.y), static_cast<int32_t>(low.z));
-        int32_t full = 0;
-        for (const int32_t one : c)
-            full += one >= Volume::kSurface ? 1 : 0;
-        const bool any = ray.inside ? full < 8 : full > 0;
-        const auto value = [&](double t) {
-            const Vec3d q = ray.at + ray.step * t - corner;
-            return interpolate(c, q.x, q.y, q.z);
-        };
-        if (any && is_wrong(value(end))) {
-            double right = begin;
-            double wrong = end;
-            for (int i = 0; i < 40 && !is_wrong(value(right)); ++i) {
-                const double half = 0.5 * (right + wrong);
-                (is_wrong(value(half)) ? wrong : right) = half;
-                if (wrong - right < apart_mm_ * 1e-3) break;
+        const Vec3i low = dual.at;
+        const Clearances::Clearance here = clearances_.at(low.x, low.y, low.z);
+        const int32_t clearance = here.value - of_side;
+        // Those that are all on the ray's side have no surface: they are passed together.
+        const bool is_clear = clearance >= 1 && clearance <= Clearances::kMost;
+        Vec3i more;
+        for (int a = 0; a < 3; ++a) {
+            const int32_t in_block = dual.ways[a] > 0 ? 7 - (low[a] & 7) : low[a] & 7;
+            more[a] = !is_clear ? 0 : here.is_of_block ? in_block : clearance - 1;
+        }
+        const double leaves = dual.leaves(more);
+        if (!is_clear) {
+            const double end = std::min(std::max(begin, leaves), to);
+            const std::array<int32_t, 8> c = volume_.corners(low.x, low.y, low.z);
+            const auto value = [&](double t) {
+                const Vec3d q = ray.at + ray.step * t;
+                return interpolate(c, q.x - (low.x + 0.5), q.y - (low.y + 0.5),
+                                   q.z - (low.z + 0.5));
+            };
+            if (is_wrong(value(end))) {
+                double right = begin;
+                double wrong = end;
+                for (int i = 0; i < 40 && !is_wrong(value(right)); ++i) {
+                    const double half = 0.5 * (right + wrong);
+                    (is_wrong(value(half)) ? wrong : right) = half;
+                    if (wrong - right < apart_mm_ * 1e-3) break;
+                }
+                *where = right;
+                return true;
             }
-            *where = right;
-            return true;
         }
         if (leaves >= to) return false;
-        begin = leaves;
-        low[axis] += ray.step[axis] > 0 ? 1 : -1;
+        begin = std::max(begin, leaves);
+        dual.go_on(leaves);
     }
 }
 
-Tracer::Event Tracer::walk(double most_mm, Random* random, Ray* ray, double* majorant) const {
-    double t = 0;
-    const double side = 1 << cell_shift_;
-    if (!ray->inside) {
-        t = enter(*ray);
-        if (t >= most_mm) {
-            ray->at = ray->at + ray->step * std::min(most_mm, 1e9);
-            return Event::kAway;
-        }
-    }
-    const Exits exits(ray->step);
-    Vec3i cell;
-    Vec3d low;
-    for (int a = 0; a < 3; ++a) {
-        const double at = ray->at[a] + ray->step[a] * t;
-        cell[a] = std::clamp(static_cast<int32_t>(at) >> cell_shift_, 0, cell_count_[a] - 1);
-        low[a] = cell[a] * side;
-    }
-    double depth = random != nullptr ? random->exponential() : kFar;
-    for (;;) {
-        int axis = 0;
-        const double leaves = std::max(t, exits.next(ray->at, ray->step, low, side, &axis));
-        const Macrocell& here =
-            cells_[(static_cast<size_t>(cell.z) * static_cast<size_t>(cell_count_.y) +
-                    static_cast<size_t>(cell.y)) *
-                       static_cast<size_t>(cell_count_.x) +
-                   static_cast<size_t>(cell.x)];
-        double end = std::min(leaves, most_mm);
-        bool collides = false;
-        double passed = 0;
-        if (ray->inside) {
-            passed = here.majorant * (end - t);
-            if (passed >= depth) {
-                collides = true;
-                end = t + depth / here.majorant;
+bool Tracer::walk(double most_mm, Ray* ray) const {
+    double t = enter(*ray);
+    if (t < most_mm) {
+        Steps groups(*ray, t, 0, Volume::kGroup * Volume::kSide);
+        for (int a = 0; a < 3; ++a)
+            groups.at[a] = std::clamp(groups.at[a], 0, group_count_[a] - 1);
+        double searched_from = -1;
+        for (bool is_last = false; !is_last;) {
+            const bool is_searched = is_void_[index_in(group_count_, groups.at)] == 0;
+            if (is_searched && searched_from < 0) searched_from = t;
+            const double leaves = groups.leaves({0, 0, 0});
+            t = std::min(std::max(t, leaves), most_mm);
+            groups.go_on(leaves);
+            is_last = t == most_mm;
+            for (int a = 0; a < 3; ++a)
+                is_last = is_last || groups.at[a] < 0 || groups.at[a] >= group_count_[a];
+            // Groups that may have a surface are searched together where they follow each other.
+            if (searched_from < 0 || (!is_last && is_void_[index_in(group_count_, groups.at)] == 0))
+                continue;
+            double surface = 0;
+            if (find_surface(*ray, searched_from, t, &surface)) {
+                ray->at = ray->at + ray->step * surface;
+                return true;
             }
+            searched_from = -1;
         }
-        double surface = 0;
-        if (here.kind == Volume::Kind::kSurface && find_surface(*ray, exits, t, end, &surface)) {
-            ray->at = ray->at + ray->step * surface;
-            return Event::kSurface;
-        }
-        if (collides) {
-            ray->at = ray->at + ray->step * end;
-            *majorant = here.majorant;
-            return Event::kCollision;
-        }
-        if (end == most_mm) {
-            ray->at = ray->at + ray->step * end;
-            return Event::kAway;
-        }
-        depth -= passed;
-        t = end;
-        cell[axis] += ray->step[axis] > 0 ? 1 : -1;
-        if (cell[axis] < 0 || cell[axis] >= cell_count_[axis]) {
-            ray->at = ray->at + ray->step * std::min(most_mm, 1e9);
-            return Event::kAway;
-        }
-        low[axis] = cell[axis] * side;
     }
+    ray->at = ray->at + ray->step * std::min(most_mm, 1e9);
+    return false;
+}
+
+bool Tracer::meets(const void* tracer, Lanes* lanes, int32_t lane, float flown_mm) {
+    const double mm = static_cast<double>(flown_mm);
+    const auto& self = *static_cast<const Tracer*>(tracer);
+    Ray ray;
+    ray.inside = true;
+    bool is_one_cell = true;
+    for (int a = 0; a < 3; ++a) {
+        ray.at[a] = lanes->at[a][lane];
+        ray.step[a] = static_cast<double>(lanes->step[a][lane]);
+        is_one_cell = is_one_cell && static_cast<int32_t>(ray.at[a] - 0.5) ==
+                                         static_cast<int32_t>(ray.at[a] + ray.step[a] * mm - 0.5);
+    }
+    if (is_one_cell && self.coverage(ray.at + ray.step * mm) >= Volume::kSurface) return false;
+    double surface = 0;
+    if (!self.find_surface(ray, 0, mm, &surface)) return false;
+    for (int a = 0; a < 3; ++a)
+        lanes->at[a][lane] += ray.step[a] * surface;
+    return true;
 }
 
 bool Tracer::bounce(Ray* ray, Random* random) const {
@@ -322,34 +362,6 @@ bool Tracer::bounce(Ray* ray, Random* random) const {
     return true;
 }
 
-bool Tracer::collide(const Ray& ray, double majorant, Random* random, Rgb* weight,
-                     Vec3d* turned) const {
-    const uint8_t code =
-        volume_.code(static_cast<int32_t>(ray.at.x), static_cast<int32_t>(ray.at.y),
-                     static_cast<int32_t>(ray.at.z));
-    const Material& material = materials_[code];
-    Rgb& w = *weight;
-    double scatters = 0;
-    double passes = 0;
-    for (size_t c = 0; c < 3; ++c) {
-        scatters += w[c] * material.scattering[c];
-        passes += w[c] * (majorant - material.extinction[c]);
-    }
-    const double all = scatters + passes;
-    if (!(all > 0)) return false;
-    const bool is_scattered = random->uniform() * all < scatters;
-    const double scale = all / (majorant * (is_scattered ? scatters : passes));
-    for (size_t c = 0; c < 3; ++c)
-        w[c] *= scale * (is_scattered ? material.scattering[c] : majorant - material.extinction[c]);
-    if (is_scattered) {
-        *turned = material.anisotropy == 0
-                      ? random->on_sphere()
-                      : random->around(ray.direction,
-                                       scattering_cosine(material.anisotropy, random->uniform()));
-    }
-    return true;
-}
-
 double Tracer::distance_to_backdrop(const Ray& ray) const {
     const Backdrop& backdrop = scene_.backdrop;
     if (!backdrop.is_plane || ray.inside) return kFar;
@@ -381,8 +393,7 @@ Rgb Tracer::lamp_light(const Ray& ray, Random* random) const {
         if (cosine <= 0) continue;
         Ray shadow = ray;
         aim(direction, &shadow);
-        double ignored = 0;
-        if (walk(kFar, nullptr, &shadow, &ignored) != Event::kAway) continue;
+        if (walk(kFar, &shadow)) continue;
         // Balanced with the same directions drawn by their cosine.
         const double density = 1 / lamp.extent();
         const double drawn = cosine / kPi;
@@ -392,61 +403,149 @@ Rgb Tracer::lamp_light(const Ray& ray, Random* random) const {
     return out;
 }
 
-Rgb Tracer::trace(const Vec3d& from_mm, const Vec3d& direction, Random* random, bool* met) const {
-    Ray ray;
-    for (int a = 0; a < 3; ++a)
-        ray.at[a] = (from_mm[a] - volume_.origin_mm()[a]) * per_mm_[a];
-    aim(direction, &ray);
-    Rgb weight{1, 1, 1};
-    Rgb light{};
-    *met = false;
-    bool direct = true;  // has met nothing
-    double diffuse = 0;  // density of the direction, where it comes from the backdrop
-    int32_t surfaces = 0;
-    for (;;) {
-        const double plane = distance_to_backdrop(ray);
-        double majorant = 0;
-        const Event event = walk(plane, random, &ray, &majorant);
-        if (event == Event::kCollision) {
-            Vec3d turned{};
-            if (!collide(ray, majorant, random, &weight, &turned)) return light;
-            if (dot(turned, turned) > 0) aim(turned, &ray);
-        } else if (event == Event::kSurface) {
-            direct = false;
-            diffuse = 0;
-            *met = true;
-            if (!bounce(&ray, random)) return light;
-            if (++surfaces > kManySurfaces) {
-                if (random->uniform() >= kGoesOn) return light;
-                weight = weight * (1 / kGoesOn);
-            }
-        } else if (plane < kFar) {
-            direct = false;
-            for (size_t c = 0; c < 3; ++c)
-                weight[c] *= scene_.backdrop.albedo[c];
-            const Rgb more = lamp_light(ray, random);
-            for (size_t c = 0; c < 3; ++c)
-                light[c] += weight[c] * more[c];
-            const double cosine = std::sqrt(random->uniform());
-            aim(random->around(scene_.backdrop.normal, cosine), &ray);
-            diffuse = cosine / kPi;
-        } else {
-            if (direct) return scene_.backdrop.seen;
-            const Rgb sky = this->sky(ray.direction, diffuse);
-            for (size_t c = 0; c < 3; ++c)
-                light[c] += weight[c] * sky[c];
-            return light;
-        }
-        const double heavy = mean(weight);
-        if (heavy < kLight) {
-            if (random->uniform() * kLight >= heavy) return light;
-            weight = weight * (kLight / heavy);
-        }
-    }
+bool Tracer::play(Path* path) const {
+    const double heavy = mean(path->weight);
+    if (heavy >= static_cast<double>(Lanes::kLight)) return true;
+    if (path->random.uniform() * kPlayed >= heavy) return false;
+    path->weight = path->weight * (kPlayed / heavy);
+    return true;
 }
 
-Rgb Tracer::trace_picture(double x, double y, Random* random, bool* met) const {
-    return trace(scene_.camera.eye_mm, scene_.camera.direction(x, y), random, met);
+bool Tracer::meet_surface(Path* path) const {
+    path->is_direct = false;
+    path->diffuse = 0;
+    path->met = true;
+    if (!bounce(&path->ray, &path->random)) return false;
+    if (++path->surfaces > kManySurfaces) {
+        if (path->random.uniform() >= kGoesOn) return false;
+        path->weight = path->weight * (1 / kGoesOn);
+    }
+    return play(path);
+}
+
+void Tracer::take_sky(Path* path) const {
+    if (path->is_direct) {
+        path->light = scene_.backdrop.seen;
+        return;
+    }
+    const Rgb sky = this->sky(path->ray.direction, path->diffuse);
+    for (size_t c = 0; c < 3; ++c)
+        path->light[c] += path->weight[c] * sky[c];
+}
+
+bool Tracer::enter_print(Path* path) const {
+    while (!path->ray.inside) {
+        const double plane = distance_to_backdrop(path->ray);
+        if (walk(plane, &path->ray)) {
+            if (!meet_surface(path)) return false;
+            continue;
+        }
+        if (plane == kFar) {
+            take_sky(path);
+            return false;
+        }
+        path->is_direct = false;
+        for (size_t c = 0; c < 3; ++c)
+            path->weight[c] *= scene_.backdrop.albedo[c];
+        const Rgb more = lamp_light(path->ray, &path->random);
+        for (size_t c = 0; c < 3; ++c)
+            path->light[c] += path->weight[c] * more[c];
+        const double cosine = std::sqrt(path->random.uniform());
+        aim(path->random.around(scene_.backdrop.normal, cosine), &path->ray);
+        path->diffuse = cosine / kPi;
+        if (!play(path)) return false;
+    }
+    return true;
+}
+
+void Tracer::put(const Path& path, int32_t lane, Lanes* lanes) const {
+    const Vec3i cell = cell_of(path.ray.at);
+    for (int a = 0; a < 3; ++a) {
+        lanes->at[a][lane] = path.ray.at[a];
+        lanes->direction[a][lane] = static_cast<float>(path.ray.direction[a]);
+        lanes->step[a][lane] = static_cast<float>(path.ray.step[a]);
+        lanes->cell[a][lane] = cell[a];
+    }
+    for (size_t c = 0; c < 3; ++c)
+        lanes->weight[c][lane] = static_cast<float>(path.weight[c]);
+    for (size_t i = 0; i < 4; ++i)
+        lanes->random[i][lane] = path.random.state[i];
+    lanes->depth[lane] = -1;
+    lanes->is_used[lane] = 1;
+}
+
+void Tracer::take(const Lanes& lanes, int32_t lane, Path* path) const {
+    Vec3d direction;
+    for (int a = 0; a < 3; ++a) {
+        path->ray.at[a] = lanes.at[a][lane];
+        direction[a] = static_cast<double>(lanes.direction[a][lane]);
+    }
+    aim(normalized(direction), &path->ray);
+    for (size_t c = 0; c < 3; ++c)
+        path->weight[c] = static_cast<double>(lanes.weight[c][lane]);
+    for (size_t i = 0; i < 4; ++i)
+        path->random.state[i] = lanes.random[i][lane];
+}
+
+bool Tracer::trace(int32_t count, const std::atomic<bool>& stop, const Start& start,
+                   const Finish& finish) const {
+    Lanes lanes;
+    for (int32_t lane = 0; lane < Lanes::kCount; ++lane)
+        clear(lane, &lanes);
+    Path paths[Lanes::kCount];
+    int32_t next = 0;
+    int32_t used = 0;
+    const auto begin = [&](int32_t lane) {
+        Path& path = paths[lane];
+        while (next < count && !stop) {
+            path = {};
+            path.number = next++;
+            const PathStart from = start(path.number);
+            path.random = from.random;
+            for (int a = 0; a < 3; ++a)
+                path.ray.at[a] = (from.from_mm[a] - volume_.origin_mm()[a]) * per_mm_[a];
+            aim(from.direction, &path.ray);
+            if (enter_print(&path)) {
+                put(path, lane, &lanes);
+                ++used;
+                return;
+            }
+            finish(path.number, path.light, path.met);
+        }
+    };
+    for (int32_t lane = 0; lane < Lanes::kCount; ++lane)
+        begin(lane);
+    while (used > 0) {
+        fly_(medium_, &lanes);
+        for (int32_t lane = 0; lane < Lanes::kCount; ++lane) {
+            if (lanes.is_used[lane] == 0 || lanes.meeting[lane] == Meeting::kNothing) continue;
+            Path& path = paths[lane];
+            take(lanes, lane, &path);
+            bool goes_on = false;
+            switch (lanes.meeting[lane]) {
+                case Meeting::kSurface:
+                    goes_on = meet_surface(&path) && enter_print(&path);
+                    break;
+                case Meeting::kLight:
+                    goes_on = play(&path);
+                    break;
+                case Meeting::kAway:
+                    take_sky(&path);
+                    break;
+                default:
+                    break;
+            }
+            if (goes_on) {
+                put(path, lane, &lanes);
+                continue;
+            }
+            finish(path.number, path.light, path.met);
+            clear(lane, &lanes);
+            --used;
+            begin(lane);
+        }
+    }
+    return next == count;
 }
 
 }  // namespace openfab::render

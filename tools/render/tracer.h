@@ -3,19 +3,16 @@
 #pragma once
 
 // Traces light backwards through a print: from the camera to a lamp, by refraction and reflection at
-// the outer surface, absorption and scattering inside.
-//
-// Flights inside are drawn against a majorant of the extinction, which is constant in a macrocell and
-// the same for all channels (delta tracking). At each tentative collision the path goes on straight or
-// scatters, with probabilities that follow what its channels weigh by then (spectral tracking: Kutz,
-// Habel, Li and Novak 2017, "Spectral and decomposition tracking for rendering heterogeneous volumes"),
-// so that the mean of its weights never grows: no speckle comes from colours that are absorbed
-// differently. Absorption lowers weights, and light ones end by Russian roulette. All of it is without
-// bias.
+// the outer surface, absorption and scattering inside (flights.h). Absorption lowers weights, and light
+// ones end by Russian roulette. All of it is without bias.
 
+#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
+#include "tools/render/clearances.h"
+#include "tools/render/flights.h"
 #include "tools/render/optics.h"
 #include "tools/render/random.h"
 #include "tools/render/scene.h"
@@ -23,28 +20,34 @@
 
 namespace openfab::render {
 
+/// Where a path begins, in air, and the direction (unit) out of which its light comes.
+struct PathStart {
+    Vec3d from_mm, direction;
+    Random random;
+};
+
 /// Immutable; one for all threads.
 class Tracer {
   public:
-    /// `volume` must outlive it. A macrocell is `macro_blocks` blocks wide: 1, 2 or 4.
-    Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t macro_blocks = 1);
+    /// `volume` must outlive it. A macrocell is `macro_blocks` blocks wide: 1, 2 or 4. `instruction_set` limits that of
+    /// its flights (best_flight).
+    Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t macro_blocks = 1,
+           int instruction_set = 2);
 
-    /// Returns the light that comes along one random path to `from_mm`, in air, out of `direction`
-    /// (unit). `met` tells whether the print was there.
-    Rgb trace(const Vec3d& from_mm, const Vec3d& direction, Random* random, bool* met) const;
+    using Start = std::function<PathStart(int32_t path)>;
+    /// Takes the light of a path, and whether it met the print.
+    using Finish = std::function<void(int32_t path, const Rgb& light, bool met)>;
+    /// Traces paths 0 ... count - 1, which finish in any order. None depends on the others.
+    /// Returns false, with some of them left out, soon after `stop` is set.
+    bool trace(int32_t count, const std::atomic<bool>& stop, const Start& start,
+               const Finish& finish) const;
 
-    /// Traces through a place of the picture, 0 … 1 from the left and from the top.
-    Rgb trace_picture(double x, double y, Random* random, bool* met) const;
+    /// The start of a path through a place of the picture, 0 ... 1 from the left and from the top.
+    PathStart start_in_picture(double x, double y, const Random& random) const {
+        return {scene_.camera.eye_mm, scene_.camera.direction(x, y), random};
+    }
 
   private:
-    struct Macrocell {
-        float majorant = 0;  ///< per mm
-        Volume::Kind kind = Volume::Kind::kOutside;
-    };
-    struct Material {
-        double extinction[3], scattering[3];
-        double anisotropy;
-    };
     /// A path's head. Positions are in the volume's coordinates, directions in millimetres.
     struct Ray {
         Vec3d at;
@@ -52,24 +55,47 @@ class Tracer {
         Vec3d step;       ///< voxels per mm along it
         bool inside = false;
     };
-    enum class Event { kAway, kSurface, kCollision };
-    struct Exits;
+    struct Path {
+        Ray ray;
+        Rgb weight{1, 1, 1};
+        Rgb light{};
+        Random random{0, 0, 0};
+        bool is_direct = true;  ///< has met nothing
+        bool met = false;       ///< the print
+        double diffuse = 0;     ///< density of the direction, where it comes from the backdrop
+        int32_t surfaces = 0;
+        int32_t number = 0;
+    };
+    struct Steps;
 
     void aim(const Vec3d& direction, Ray* ray) const;
     /// Returns the millimetres to where a ray from outside enters the box of blocks, or infinity.
     double enter(const Ray& ray) const;
-    /// Moves the ray to what it meets next within `most_mm`. A tentative collision is drawn where
-    /// `random` is given.
-    Event walk(double most_mm, Random* random, Ray* ray, double* majorant) const;
-    bool find_surface(const Ray& ray, const Exits& exits, double from, double to,
-                      double* where) const;
+    /// Moves a ray outside to the surface that it meets within `most_mm`; returns false where it meets none.
+    bool walk(double most_mm, Ray* ray) const;
+    static bool meets(const void* tracer, Lanes* lanes, int32_t lane, float mm);
+    bool find_surface(const Ray& ray, double from, double to, double* where) const;
     Vec3d slope(const Vec3d& at) const;         ///< of coverage per mm, exact in the dual cell
     Vec3d smooth_slope(const Vec3d& at) const;  ///< over a voxel
     double coverage(const Vec3d& at) const;
     double distance_to_backdrop(const Ray& ray) const;
     /// Lets the ray bounce; returns false where there is no surface to bounce off.
     bool bounce(Ray* ray, Random* random) const;
-    bool collide(const Ray& ray, double majorant, Random* random, Rgb* weight, Vec3d* turned) const;
+    /// Leads a path on until it is inside; returns false where it ended.
+    bool enter_print(Path* path) const;
+    bool meet_surface(Path* path) const;
+    void take_sky(Path* path) const;
+    /// Plays for light weights; returns false where the path ends.
+    bool play(Path* path) const;
+    static size_t index_in(const Vec3i& count, const Vec3i& at) {
+        return (static_cast<size_t>(at.z) * static_cast<size_t>(count.y) +
+                static_cast<size_t>(at.y)) *
+                   static_cast<size_t>(count.x) +
+               static_cast<size_t>(at.x);
+    }
+    Vec3i cell_of(const Vec3d& at) const;
+    void put(const Path& path, int32_t lane, Lanes* lanes) const;
+    void take(const Lanes& lanes, int32_t lane, Path* path) const;
     /// The light out of a direction: of one that a diffuse surface drew with the density `diffuse` (else
     /// 0) the share that lamp_light leaves to it.
     Rgb sky(const Vec3d& direction, double diffuse) const;
@@ -79,12 +105,15 @@ class Tracer {
     const Volume& volume_;
     Scene scene_;
     SurfaceOptics surface_;
-    std::vector<Material> materials_;
-    std::vector<Macrocell> cells_;
+    Medium medium_;
+    Clearances clearances_;
     Vec3i cell_count_;
-    int32_t cell_shift_ = 3;  ///< of coordinates to macrocells
-    Vec3d per_mm_;            ///< voxels
-    double apart_mm_ = 0;     ///< from the surface, where a ray goes on: far below a free path
+    /// Whether all of a group, Volume::kGroup blocks wide, is outside: rays pass it in one step.
+    std::vector<uint8_t> is_void_;
+    Vec3i group_count_;
+    Fly fly_;
+    Vec3d per_mm_;         ///< voxels
+    double apart_mm_ = 0;  ///< from the surface, where a ray goes on: far below a free path
 };
 
 }  // namespace openfab::render

@@ -52,6 +52,9 @@ uint32_t hash_of(uint64_t seed, uint64_t place) {
 /// one such side stays, since a slab is there as long as it is thicker than 1.35 deviations.
 constexpr double kSmoothing = 0.7;
 
+/// What a tracer makes of a block whose coverages differ: clearances, of one beside it, too.
+constexpr size_t kOfMixedBlock = 576;
+
 std::array<std::vector<uint32_t>, 3> kernels_of(const VolumeGrid& grid) {
     const Vec3d mm = grid.cell_mm();
     const double sigma = kSmoothing * std::max({mm.x, mm.y, mm.z});
@@ -88,41 +91,25 @@ int64_t Volume::bytes() const {
                                 coverage_pool_.capacity() * sizeof(uint16_t));
 }
 
-Volume::Kind Volume::kind(const Vec3i& block) const {
-    bool outside = false;
-    bool inside = false;
-    const auto see = [&](int32_t coverage) { (coverage >= kSurface ? inside : outside) = true; };
-    // Most blocks have none but uniform ones around them.
-    const Vec3i lo{std::max(block.x - 1, 0), std::max(block.y - 1, 0), std::max(block.z - 1, 0)};
-    const Vec3i hi{std::min(block.x + 1, blocks_.x - 1), std::min(block.y + 1, blocks_.y - 1),
-                   std::min(block.z + 1, blocks_.z - 1)};
-    bool all_uniform = true;
-    for (int32_t z = lo.z; z <= hi.z; ++z) {
-        for (int32_t y = lo.y; y <= hi.y; ++y) {
-            for (int32_t x = lo.x; x <= hi.x; ++x) {
-                const uint32_t entry = coverages_[index_of({x, y, z})];
-                all_uniform = all_uniform && (entry & kUniform) != 0;
-                see(static_cast<int32_t>(entry & ~kUniform));
-            }
-        }
+bool Volume::inside(const Vec3i& block, uint8_t* rows) const {
+    const uint32_t entry = coverages_[index_of(block)];
+    if ((entry & kUniform) != 0) {
+        const bool is_inside = (entry & ~kUniform) >= kSurface;
+        std::fill_n(rows, kSide * kSide, static_cast<uint8_t>(is_inside ? 0xff : 0));
+        return false;
     }
-    if (!all_uniform) {
-        inside = outside = false;
-        const auto range = [&](int32_t b, int32_t count) {
-            return std::pair{std::max(b * kSide - 1, 0),
-                             std::min(b * kSide + kSide, count * kSide - 1)};
-        };
-        const auto [x0, x1] = range(block.x, blocks_.x);
-        const auto [y0, y1] = range(block.y, blocks_.y);
-        const auto [z0, z1] = range(block.z, blocks_.z);
-        for (int32_t z = z0; z <= z1 && !(inside && outside); ++z) {
-            for (int32_t y = y0; y <= y1; ++y) {
-                for (int32_t x = x0; x <= x1; ++x)
-                    see(coverage(x, y, z));
-            }
-        }
+    const uint16_t* at = coverage_pool_.data() + size_t{entry} * kBlockVoxels;
+    int32_t most = 0;
+    int32_t least = 0xff;
+    for (int32_t i = 0; i < kSide * kSide; ++i, at += kSide) {
+        int32_t row = 0;
+        for (int32_t x = 0; x < kSide; ++x)
+            row |= (at[x] >= kSurface ? 1 : 0) << x;
+        rows[i] = static_cast<uint8_t>(row);
+        most |= row;
+        least &= row;
     }
-    return inside && outside ? Kind::kSurface : inside ? Kind::kInside : Kind::kOutside;
+    return most != 0 && least != 0xff;
 }
 
 // ----------------------------------------------------------------------------------- the builder
@@ -142,8 +129,8 @@ int64_t VolumeBuilder::least_bytes(const VolumeGrid& grid) {
         static_cast<double>(blocks_of(cells.x)) * blocks_of(cells.y) * blocks_of(cells.z);
     const size_t counted = grid.is_own() ? 0 : grid.codes.size();
     // A window of codes and coverages, a slab of both, what is gathered, what is between; two tables of
-    // blocks, and the macrocells that a tracer makes of them.
-    constexpr double kOfBlock = 17;
+    // blocks, and the macrocells and clearances that a tracer makes of them.
+    constexpr double kOfBlock = 22;
     const double bytes =
         layer * (3 * windows + 3 * Volume::kSide + 15 + 2 * static_cast<double>(counted)) +
         blocks * kOfBlock;
@@ -365,7 +352,11 @@ bool VolumeBuilder::store_slab() {
             // What is copied to grow counts, too.
             const size_t more = std::max(pool->size() / 4, size_t{1} << 16);
             const auto bytes = static_cast<int64_t>((2 * pool->size() + more) * sizeof(block[0]));
-            if (volume_.bytes() + bytes + least_bytes(grid_) > memory_bytes_) return false;
+            const size_t mixed = volume_.coverage_pool_.size() / Volume::kBlockVoxels;
+            if (volume_.bytes() + bytes + static_cast<int64_t>(mixed * kOfMixedBlock) +
+                    least_bytes(grid_) >
+                memory_bytes_)
+                return false;
             pool->reserve(pool->size() + more);
         }
         *entry = static_cast<uint32_t>(pool->size() / block.size());

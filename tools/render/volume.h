@@ -33,9 +33,6 @@ class Volume {
     static constexpr int32_t kFull = 65280;
     static constexpr int32_t kSurface = kFull / 2;
 
-    /// What a cell of macrocells holds.
-    enum class Kind : uint8_t { kOutside, kInside, kSurface };
-
     const Vec3i& blocks() const { return blocks_; }
     const Vec3d& pitch_mm() const { return pitch_mm_; }
     /// The build's millimetres of the coordinate 0.
@@ -82,8 +79,11 @@ class Volume {
         for (int32_t i = 0; i < kBlockVoxels; ++i)
             use(codes[i]);
     }
-    /// Says where the points of a block are, with all that interpolation reaches.
-    Kind kind(const Vec3i& block) const;
+    /// Tells whether some of a block's voxels are inside and others not; sets bit x of rows[8 z + y] for those that are.
+    bool inside(const Vec3i& block, uint8_t* rows) const;
+    /// By block, x fastest: kUniform and the code of all its voxels, or which 512 bytes of the pool have them, x fastest.
+    const uint32_t* codes() const { return codes_.data(); }
+    const uint8_t* code_pool() const { return code_pool_.data(); }
 
   private:
     friend class VolumeBuilder;

@@ -39,7 +39,7 @@ std::vector<double> looks_by_paths(const std::vector<double>& albedos, double in
         double depth = 0;
         double cosine = 1;
         for (int collisions = 0; collisions < 2000 && weight > 1e-4; ++collisions) {
-            depth += cosine * random.exponential();
+            depth += cosine * -std::log(random.uniform());
             if (depth < 0) {
                 const double back = index > 1 ? sent_back(-cosine, index) : 0;
                 for (size_t i = 0; i < albedos.size(); ++i)

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 
 namespace openfab::testing {
@@ -43,17 +44,27 @@ render::Scene white_room() {
 
 Estimate estimate(const render::Tracer& tracer, int32_t paths, const Vec3d& from_mm,
                   const std::function<Vec3d(render::Random*)>& aim, uint64_t seed) {
+    return estimate_from(
+        tracer, paths, [&](const Vec3d&) { return from_mm; }, aim, seed);
+}
+
+Estimate estimate_from(const render::Tracer& tracer, int32_t paths,
+                       const std::function<Vec3d(const Vec3d&)>& from,
+                       const std::function<Vec3d(render::Random*)>& aim, uint64_t seed) {
     render::Rgb sum{};
     render::Rgb squares{};
-    for (int32_t i = 0; i < paths; ++i) {
-        render::Random random(seed, 0, static_cast<uint64_t>(i));
-        bool met = false;
-        const render::Rgb light = tracer.trace(from_mm, aim(&random), &random, &met);
-        for (size_t c = 0; c < 3; ++c) {
-            sum[c] += light[c];
-            squares[c] += light[c] * light[c];
-        }
-    }
+    const auto start = [&](int32_t path) {
+        render::Random random(seed, 0, static_cast<uint64_t>(path));
+        const Vec3d direction = aim(&random);
+        return render::PathStart{from(direction), direction, random};
+    };
+    EXPECT_TRUE(tracer.trace(paths, std::atomic<bool>(false), start,
+                             [&](int32_t, const render::Rgb& light, bool) {
+                                 for (size_t c = 0; c < 3; ++c) {
+                                     sum[c] += light[c];
+                                     squares[c] += light[c] * light[c];
+                                 }
+                             }));
     Estimate out;
     for (size_t c = 0; c < 3; ++c) {
         out.mean[c] = sum[c] / paths;

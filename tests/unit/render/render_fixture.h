@@ -31,5 +31,9 @@ struct Estimate {
 /// Traces `paths` rays from a point; `aim` gives the direction of each.
 Estimate estimate(const render::Tracer& tracer, int32_t paths, const Vec3d& from_mm,
                   const std::function<Vec3d(render::Random*)>& aim, uint64_t seed = 1);
+/// The same, from a point that depends on the direction.
+Estimate estimate_from(const render::Tracer& tracer, int32_t paths,
+                       const std::function<Vec3d(const Vec3d&)>& from,
+                       const std::function<Vec3d(render::Random*)>& aim, uint64_t seed = 1);
 
 }  // namespace openfab::testing
