@@ -7,6 +7,7 @@
 // the mean of its voxels, in as many equal parts as 255 codes can tell apart: 254 parts of two materials, 21 of three,
 // 3 of eight.
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
