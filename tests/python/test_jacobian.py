@@ -205,6 +205,7 @@ def test_a_lookup_that_moves_is_refused_at_its_place() -> None:
     { MaterialComposition mc; mc.Set(one, picture.Sample1(attr.voxelCenter.x * u, 0.5, 0)); return mc; }
 }""")
     world.add(openfab.box(2, 2, 2), fablet, {"one": WHITE, "picture": np.ones((2, 2), np.float32)}, name="cube")
-    with pytest.raises(openfab.CompileError, match="no-derivative") as raised:
+    with pytest.raises(openfab.CompileError) as raised:
         openfab.sample(world, voxel=0.5, jacobian="cube.u")
+    assert "[no-derivative]" in str(raised.value)
     assert "fablet.fl:4:" in str(raised.value)
