@@ -13,6 +13,7 @@ namespace {
 constexpr Elsewhere kElsewhere[] = {
     // Commands.
     {"new", "makes a folder, of no world"},
+    {"coupon", "makes a folder, and prints its world: coupon_test prints it for every printer"},
     {"verify", "reads a print's file, whatever made it"},
     {"printers", "lists printers"},
     {"archive", "keeps what a print was made from: archive_test prints each kind of input again"},

@@ -26,7 +26,7 @@ WORLDS = [
     ("magic_postcard/postcard.fab.json", 6),
     ("gyroid_block/gyroid.fab.json", 6),
     ("rhino/holes.fab.json", 10),
-    ("orientation_coupon/coupon.fab.json", 6),
+    ("coupon/coupon.fab.json", 6),
     ("microlens_array/microlens.fab.json", 4),
 ]
 

@@ -54,7 +54,7 @@ constexpr Exhibit kExhibits[] = {
     {"reef_fish", "reef_fish", "reef_fish", "0.5mm"},
     {"gyroid_block", "gyroid", "gyroid_block", "0.4mm"},
     {"gyroid_block", "lattices", "lattices", "0.4mm"},
-    {"orientation_coupon", "coupon", "orientation_coupon", "0.4mm"},
+    {"coupon", "coupon", "coupon", "0.2mm"},
     {"calibration_chart", "chart", "calibration_chart", "0.4mm"},
     {"ink_profile", "cameo", "ink_profile", "0.5mm"},
     {"conformal_wheel", "wheel", "conformal_wheel", "0.6mm"},

@@ -61,6 +61,35 @@ void add_new(CLI::App& app, Action* action) {
     });
 }
 
+void add_coupon(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "coupon", "print a plate that shows what a printer makes of voxels, and its world");
+    auto a = std::make_shared<CouponArguments>();
+    command->add_option("--printer", a->printer, "a printer, as `openfab printers` lists them")
+        ->required();
+    command->add_option("-o,--output", a->folder, "the folder to make")->required();
+    command
+        ->add_option("--material", a->materials,
+                     "a material (repeatable): the plate's first, then the one that stands out "
+                     "most; default: the profile's")
+        ->allow_extra_args(false);
+    command->add_option("--format", a->format, "default: the printer's");
+    for (const auto& [option, help] :
+         {std::pair("--dpi", "voxels per inch, such as 600x300, where the profile has none"),
+          std::pair("--layer", "the thickness of a slice, such as 27um, likewise"),
+          std::pair("--voxel", "the size of a voxel, likewise"),
+          std::pair("--draft", "voxels so many times as large, for a quick look")}) {
+        command->add_option_function<std::string>(
+            option,
+            [a, option = option](const std::string& value) {
+                a->print.emplace_back(option);
+                a->print.push_back(value);
+            },
+            help);
+    }
+    command->callback([a, action] { *action = [a] { return run_coupon(*a); }; });
+}
+
 void add_import(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "import", "make a world from a mesh, its colours and its pictures, or from a print");
@@ -363,6 +392,7 @@ void add_receive(CLI::App& app, Action* action) {
 
 void add_commands(CLI::App& app, Action* action) {
     add_new(app, action);
+    add_coupon(app, action);
     add_import(app, action);
     add_info(app, action);
     add_verify(app, action);

@@ -36,6 +36,12 @@ struct ExportOptions {
     std::vector<std::string> settings;  ///< of a world, as of `openfab print`
 };
 
+struct CouponArguments {
+    std::string printer, folder, format;
+    std::vector<std::string> materials;  ///< empty: those of the profile
+    std::vector<std::string> print;      ///< options of a print, on the size of its voxels
+};
+
 struct MergeOptions {
     std::vector<std::string> files;
     bool whole = false;    ///< fails where slices of the print are in no file
@@ -97,6 +103,8 @@ Result<void> list_printers(const std::string& name, bool json);
 /// `property`: writes a table of mixtures as a module of OpenFL, to standard output where `output` is
 /// empty.
 Result<void> make_property_module(const std::string& table, const std::string& output);
+/// `coupon`: writes the coupon's world for a printer, and prints it; returns only on an error.
+Result<void> run_coupon(const CouponArguments& arguments);
 /// `receive`: takes one print that is streamed.
 Result<void> run_receive(const ReceiveArguments& arguments);
 
@@ -107,6 +115,8 @@ Result<void> run_view(ViewArguments arguments);
 /// returns the exit code where that fails. It parses the print binary's own options, so it is not a
 /// CLI11 command.
 int print_command(int argc, char** argv);
+/// The same, of the words after `print`.
+Result<void> run_print(std::vector<std::string> arguments);
 
 /// Replaces this process by a program beside it, as `openfab-texture`; returns an exit code where that
 /// fails.

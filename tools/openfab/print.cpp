@@ -217,7 +217,9 @@ Error exec_print_binary(const PrintBinary& program, const CompileOptions& compil
     return outside_error(fmt::format(messages::kCannotStartProgram, name, system_reason(errno)));
 }
 
-Result<void> print_world(std::vector<std::string> arguments) {
+}  // namespace
+
+Result<void> run_print(std::vector<std::string> arguments) {
     const Result<CompileOptions> compilation = take_compile_options(&arguments);
     if (!compilation) return compilation.error();
     std::vector<const char*> argv{"openfab print"};
@@ -257,8 +259,6 @@ Result<void> print_world(std::vector<std::string> arguments) {
     return exec_print_binary(*program, *compilation, arguments);
 }
 
-}  // namespace
-
 int start_helper(const char* name, char** argv) {
     Result<std::filesystem::path> folder = program_folder();
     Error failed = folder ? Error{} : folder.error();
@@ -273,7 +273,7 @@ int start_helper(const char* name, char** argv) {
 }
 
 int print_command(int argc, char** argv) {
-    Result<void> done = print_world({argv + 2, argv + argc});
+    Result<void> done = run_print({argv + 2, argv + argc});
     if (done) done = written_out();
     if (done) return 0;
     // Compile errors have been printed by the compiler.
