@@ -19,6 +19,7 @@ using ir::Type;
 using ir::ValueId;
 
 constexpr const char* kLookup = "a texture lookup whose place depends on it";
+constexpr const char* kBits = "the bits of a number that depends on it";
 
 /// Returns what changes its sign with some bits, the one float operation that noises make of bits; kNoValue if an
 /// instruction is none.
@@ -30,6 +31,26 @@ ValueId flipped(const ir::Stage& stage, const Instr& instr) {
     const bool is_float =
         from.op == Op::kBitCast && stage.instrs[from.args[0]].type == Type::kFloat;
     return is_float ? from.args[0] : kNoValue;
+}
+
+/// Returns which values are bits of floats that serve more than a change of sign.
+std::vector<bool> used_bits(const ir::Stage& stage) {
+    std::vector<bool> out(stage.instrs.size());
+    const auto mark = [&](ValueId user, ValueId arg) {
+        const Instr& of = stage.instrs[arg];
+        const bool bits = of.op == Op::kBitCast && of.type != Type::kFloat;
+        const bool changed = of.op == Op::kBitXor && !of.args.empty();
+        if (bits && stage.instrs[user].op != Op::kBitXor) out[arg] = true;
+        if (!changed || flipped(stage, stage.instrs[user]) != kNoValue) return;
+        for (const ValueId bit : of.args) {
+            if (stage.instrs[bit].op == Op::kBitCast) out[bit] = true;
+        }
+    };
+    for (ValueId id = 0; id < stage.instrs.size(); ++id) {
+        for (const ValueId arg : stage.instrs[id].args)
+            mark(id, arg);
+    }
+    return out;
 }
 
 /// Returns the arguments of a Sample that say where it is made.
@@ -122,6 +143,7 @@ ChangeCarrier::ChangeCarrier(const ir::Stage& stage, size_t directions, Seeds* s
       numbers_(directions, std::vector<int32_t>(stage.instrs.size(), -1)) {}
 
 void ChangeCarrier::run() {
+    const std::vector<bool> bits = used_bits(old_);
     for (ValueId id = 0; id < old_.instrs.size(); ++id) {
         const Instr& instr = old_.instrs[id];
         builder_.set_span(instr.span);
@@ -136,7 +158,13 @@ void ChangeCarrier::run() {
         values_.push_back(value);
         if (head && old_.instrs[id + 1].op != Op::kLoopVar) begin_loop(id + 1);
         if (!head && active_[id] != 0) differentiate(id);
+        if (bits[id] && changes(instr.args[0])) seeds_.refuse(instr.span, kBits);
     }
+}
+
+bool ChangeCarrier::changes(ValueId old) const {
+    return std::any_of(changes_.begin(), changes_.end(),
+                       [&](const auto& of) { return of[old] != kNoValue; });
 }
 
 ValueId ChangeCarrier::change_or_zero(ValueId old, size_t direction) {

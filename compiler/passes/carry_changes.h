@@ -62,6 +62,8 @@ class ChangeCarrier {
     bool moves(ir::ValueId old, size_t direction) const {
         return (active_[old] >> direction & 1) != 0;
     }
+    /// Returns whether a value changes in any direction.
+    bool changes(ir::ValueId old) const;
     ir::ValueId change_or_zero(ir::ValueId old, size_t direction);
     void before_loop(ir::ValueId loop);
     void begin_loop(ir::ValueId next);

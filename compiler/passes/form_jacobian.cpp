@@ -85,19 +85,23 @@ class UniformSeeds : public Seeds {
     std::vector<NoDerivative>& none_;
 };
 
-/// A shape at a point of its surface: the directions of uniforms, then those of the point.
+/// A shape at a point of its own space: the directions of uniforms, then those of the point.
 class ShapeSeeds : public UniformSeeds {
   public:
-    ShapeSeeds(std::span<const Direction> directions, const Point& at, ir::Builder* builder,
-               std::vector<NoDerivative>* none)
-        : UniformSeeds(directions, builder, none), at_(at) {}
+    ShapeSeeds(std::span<const Direction> directions, const Point& at, const Point& shrink,
+               ir::Builder* builder, std::vector<NoDerivative>* none)
+        : UniformSeeds(directions, builder, none), at_(at), shrink_(shrink) {}
 
     Mask active(const ir::Instr& input) const override {
         if (input.kind == OPENFAB_ARG_SHAPE_POINT) return Mask{1} << (directions_.size() + input.a);
         return UniformSeeds::active(input);
     }
     ValueId value(const ir::Instr& input) override {
-        return input.kind == OPENFAB_ARG_SHAPE_POINT ? at_[static_cast<size_t>(input.a)] : kNoValue;
+        if (input.kind == OPENFAB_ARG_SHAPE_POINT) return at_[static_cast<size_t>(input.a)];
+        const int32_t axis = input.a - OPENFAB_FRAME_CENTER;
+        if (input.kind != OPENFAB_ARG_FRAME || axis < 0 || axis >= 3) return kNoValue;
+        const ValueId center = builder_.input(Type::kFloat, OPENFAB_ARG_FRAME, input.a, 0);
+        return builder_.emit(Op::kMul, {center, shrink_[static_cast<size_t>(axis)]});
     }
     ValueId change(const ir::Instr& input, size_t direction) override {
         if (input.kind == OPENFAB_ARG_SHAPE_POINT) return builder_.constant(1.0f);
@@ -106,6 +110,7 @@ class ShapeSeeds : public UniformSeeds {
 
   private:
     const Point at_;
+    const Point shrink_;
 };
 
 /// Of a volume stage.
@@ -132,7 +137,7 @@ class VolumeSeeds : public UniformSeeds {
                 return instr.op == Op::kInput && instr.kind == OPENFAB_ARG_DISTANCE;
             });
         if (!asks || moving_ == 0) return;
-        at_centre_ = shape_changes(builder_.query(-1, builder_.constant(true), local_centre()));
+        at_centre_ = changes_of_distance(local_centre(), kNoValue, kNoValue).by_uniforms;
     }
 
     ValueId change(const ir::Instr& input, size_t direction) override {
@@ -160,17 +165,19 @@ class VolumeSeeds : public UniformSeeds {
         if (builder_.instr(query).a < 0 && displaced_ != 0) return refuse(result.span, kDisplaced);
         if (result.kind != OPENFAB_QUERY_DISTANCE) return refuse(result.span, kCarried);
         const ir::Instr of = builder_.instr(query);
-        if (any(points)) {
-            const Point slope = slope_of_distance(query, value, of);
-            for (size_t k = 0; k < points.size(); ++k) {
-                for (size_t axis = 0; axis < kAxes; ++axis)
-                    add(&(*changes)[k], times(points[k][axis], slope[axis]));
-            }
+        const Point at = {of.args[1], of.args[2], of.args[3]};
+        Distance change;
+        if (of.a < 0 && moving_ != 0) {
+            change = changes_of_distance(at, query, value);
+        } else if (any(points)) {
+            change.by_point = slope_of_distance(query, value, at);
         }
-        if (of.a >= 0 || moving_ == 0) return;
-        const std::vector<ValueId> own = shape_changes(query);
-        for (size_t k = 0; k < own.size(); ++k)
-            add(&(*changes)[k], own[k]);
+        for (size_t k = 0; any(points) && k < points.size(); ++k) {
+            for (size_t axis = 0; axis < kAxes; ++axis)
+                add(&(*changes)[k], times(points[k][axis], change.by_point[axis]));
+        }
+        for (size_t k = 0; k < change.by_uniforms.size(); ++k)
+            add(&(*changes)[k], change.by_uniforms[k]);
     }
 
   private:
@@ -213,11 +220,16 @@ class VolumeSeeds : public UniformSeeds {
         return a == kNoValue ? kNoValue : builder_.emit(Op::kMul, {a, b});
     }
 
+    ValueId frame(int32_t which) {
+        return builder_.input(Type::kFloat, OPENFAB_ARG_FRAME, which, 0);
+    }
+    ValueId shrink(size_t axis) {
+        return frame(OPENFAB_FRAME_SHAPE_SHRINK + static_cast<int32_t>(axis));
+    }
+    ValueId or_zero(ValueId a) { return a == kNoValue ? builder_.constant(0.0f) : a; }
+
     /// As abi/fablet_table.h says.
     Point local_centre() {
-        const auto frame = [&](int32_t which, int32_t c) {
-            return builder_.input(Type::kFloat, OPENFAB_ARG_FRAME, which + c, 0);
-        };
         Point out;
         for (int32_t c = 0; c < 3; ++c) {
             constexpr std::array kSteps = {OPENFAB_FRAME_STEP_I, OPENFAB_FRAME_STEP_J,
@@ -225,9 +237,9 @@ class VolumeSeeds : public UniformSeeds {
             ValueId sum = kNoValue;
             for (int32_t axis = 0; axis < 3; ++axis) {
                 const ValueId at = builder_.input(Type::kFloat, ir::kVoxelCoord, axis, 0);
-                add(&sum, times(at, frame(kSteps[static_cast<size_t>(axis)], c)));
+                add(&sum, times(at, frame(kSteps[static_cast<size_t>(axis)] + c)));
             }
-            out[static_cast<size_t>(c)] = add(sum, frame(OPENFAB_FRAME_ORIGIN, c));
+            out[static_cast<size_t>(c)] = add(sum, frame(OPENFAB_FRAME_ORIGIN + c));
         }
         return out;
     }
@@ -240,44 +252,108 @@ class VolumeSeeds : public UniformSeeds {
         return out;
     }
 
+    /// How a distance changes: by its point, along each axis, and in each direction where its surface moves.
+    struct Distance {
+        Point by_point{kNoValue, kNoValue, kNoValue};
+        std::vector<ValueId> by_uniforms;
+    };
+
     /// Returns the change of a distance by its point: from the nearest surface point away, on the surface its normal.
-    Point slope_of_distance(ValueId query, ValueId distance, const ir::Instr& of) {
+    Point slope_of_distance(ValueId query, ValueId distance, const Point& at) {
         const Point nearest = result_of(query, OPENFAB_QUERY_POSITION);
         const Point normal = result_of(query, OPENFAB_QUERY_NORMAL);
         const ValueId on = builder_.emit(Op::kEq, {distance, builder_.constant(0.0f)});
         Point out;
         for (size_t axis = 0; axis < kAxes; ++axis) {
-            const ValueId away = builder_.emit(Op::kSub, {of.args[axis + 1], nearest[axis]});
+            const ValueId away = builder_.emit(Op::kSub, {at[axis], nearest[axis]});
             out[axis] =
                 builder_.select(on, normal[axis], builder_.emit(Op::kDiv, {away, distance}));
         }
         return out;
     }
 
-    /// Returns, for each direction, the change of the distance where the surface moves: that of the shape's value at the
-    /// nearest point by the length of its gradient there.
-    std::vector<ValueId> shape_changes(ValueId query) {
-        const Point at = result_of(query, OPENFAB_QUERY_POSITION);
-        ShapeSeeds seeds(directions_, at, &builder_, &none_);
+    /// Returns the changes of the distance to the shape's surface. A declared distance is the shape's value at the point
+    /// itself, and is differentiated as such; a query, which may be given, is made only where one is searched for.
+    Distance changes_of_distance(const Point& at, ValueId query, ValueId distance) {
+        if (!fablet_.shape_is_distance) {
+            if (query == kNoValue) query = builder_.query(-1, builder_.constant(true), at);
+            return searched_changes(at, query, distance);
+        }
+        const ValueId zero = builder_.constant(0.0f);
+        const ValueId scale = frame(OPENFAB_FRAME_SHAPE_DISTANCE);
+        const ValueId declared = builder_.emit(Op::kNe, {scale, zero});
+        const ValueId searched = builder_.emit(Op::kEq, {scale, zero});
+        const Distance other = searched_changes(at, builder_.query(-1, searched, at), kNoValue);
+        const Distance of_value = shape_changes(at);
+        Distance out;
+        for (size_t axis = 0; axis < kAxes; ++axis) {
+            // The scale of values and the shrinkage of space are 1 together.
+            out.by_point[axis] = builder_.select(declared, or_zero(of_value.by_point[axis]),
+                                                 or_zero(other.by_point[axis]));
+        }
+        for (size_t k = 0; k < directions_.size(); ++k) {
+            const ValueId change = times(of_value.by_uniforms[k], scale);
+            if (change == kNoValue && other.by_uniforms[k] == kNoValue) {
+                out.by_uniforms.push_back(kNoValue);
+                continue;
+            }
+            out.by_uniforms.push_back(
+                builder_.select(declared, or_zero(change), or_zero(other.by_uniforms[k])));
+        }
+        return out;
+    }
+
+    /// Of a distance that is searched for: the change of the shape's value at the nearest point by the length of its
+    /// gradient there.
+    Distance searched_changes(const Point& at, ValueId query, ValueId distance) {
+        // Beside the surface, on the side of the point: many formulas have an edge where they are 0.
+        constexpr float kBeside = 0x1p-14f;
+        if (distance == kNoValue)
+            distance = builder_.query_result(query, Type::kFloat, OPENFAB_QUERY_DISTANCE, 0, 0);
+        Distance out;
+        out.by_point = slope_of_distance(query, distance, at);
+        const ValueId zero = builder_.constant(0.0f);
+        const ValueId step =
+            builder_.select(builder_.emit(Op::kGt, {distance, zero}), builder_.constant(kBeside),
+                            builder_.constant(-kBeside));
+        Point beside = result_of(query, OPENFAB_QUERY_POSITION);
+        for (size_t axis = 0; axis < kAxes; ++axis)
+            beside[axis] = add(beside[axis], times(out.by_point[axis], step));
+        const Distance value = shape_changes(beside);
+        ValueId square = kNoValue;
+        for (size_t axis = 0; axis < kAxes; ++axis) {
+            const ValueId of_part = times(value.by_point[axis], shrink(axis));
+            add(&square, times(of_part, of_part));
+        }
+        out.by_uniforms.assign(directions_.size(), kNoValue);
+        if (square == kNoValue) return out;
+        const ValueId length = builder_.emit(Op::kSqrt, {square});
+        const ValueId flat = builder_.emit(Op::kEq, {length, zero});
+        for (size_t k = 0; k < directions_.size(); ++k) {
+            const ValueId change = value.by_uniforms[k];
+            if (change == kNoValue) continue;
+            out.by_uniforms[k] =
+                builder_.select(flat, zero, builder_.emit(Op::kDiv, {change, length}));
+        }
+        return out;
+    }
+
+    /// Returns the changes of the shape's value at a point of the part, in the space of the stage.
+    Distance shape_changes(const Point& at) {
+        const Point by = {shrink(0), shrink(1), shrink(2)};
+        Point there;
+        for (size_t axis = 0; axis < kAxes; ++axis)
+            there[axis] = times(at[axis], by[axis]);
+        ShapeSeeds seeds(directions_, there, by, &builder_, &none_);
         const ir::Stage shape = with_open_noises(shape_, seeds);
         ChangeCarrier carrier(shape, directions_.size() + kAxes, &seeds, &builder_);
         carrier.run();
         const ValueId value = shape.outputs[0].value;
-        ValueId square = kNoValue;
-        for (size_t axis = 0; axis < kAxes; ++axis) {
-            const ValueId slope = carrier.change(value, directions_.size() + axis);
-            add(&square, times(slope, slope));
-        }
-        std::vector<ValueId> out(directions_.size(), kNoValue);
-        if (square == kNoValue) return out;
-        const ValueId length = builder_.emit(Op::kSqrt, {square});
-        const ValueId zero = builder_.constant(0.0f);
-        const ValueId flat = builder_.emit(Op::kEq, {length, zero});
-        for (size_t k = 0; k < out.size(); ++k) {
-            const ValueId change = carrier.change(value, k);
-            if (change == kNoValue) continue;
-            out[k] = builder_.select(flat, zero, builder_.emit(Op::kDiv, {change, length}));
-        }
+        Distance out;
+        for (size_t axis = 0; axis < kAxes; ++axis)
+            out.by_point[axis] = carrier.change(value, directions_.size() + axis);
+        for (size_t k = 0; k < directions_.size(); ++k)
+            out.by_uniforms.push_back(carrier.change(value, k));
         return out;
     }
 

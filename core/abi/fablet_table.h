@@ -117,7 +117,12 @@ enum openfab_frame_value {
     OPENFAB_FRAME_VOXEL_SIZE = 15,       /* 3, mm along build x, y, z */
     OPENFAB_FRAME_BUILD_ORIGIN = 18,     /* 3 */
     OPENFAB_FRAME_MAX_DISPLACEMENT = 21, /* the user's bound in mm; +inf without one */
-    OPENFAB_FRAME_COUNT = 22,
+    /* of a part whose geometry is its own fablet's shape: that stage's space is the part's times this, along each
+     * axis; 0 of other parts, NaN of one that is stretched along other axes */
+    OPENFAB_FRAME_SHAPE_SHRINK = 22, /* 3 */
+    OPENFAB_FRAME_SHAPE_DISTANCE =
+        25, /* a declared distance is the value times this; 0: it is searched for */
+    OPENFAB_FRAME_COUNT = 26,
 };
 
 /* The built-in attributes of the surface stage (kind OPENFAB_ARG_SURFACE_ATTR, a = this, b =

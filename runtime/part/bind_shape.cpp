@@ -125,6 +125,7 @@ Result<Geometry> ShapeBinder::bind(const world::StageRef& ref, const world::Obje
     std::vector<int32_t> objects = uniforms.objects;
     if (ref.fablet == object.fablet) {
         stage->fablet = part.fablet;
+        stage->has_values_of_part = true;
         stage->uniform_values = part.uniform_values;
         stage->textures = part.textures;
     } else {

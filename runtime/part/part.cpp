@@ -2,7 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/part/part.h"
 
+#include <limits>
+#include <variant>
+
+#include "runtime/part/shape_stage.h"
+
 namespace openfab::part {
+
+namespace {
+
+bool is_own_shape(const Part& part) {
+    const auto* shape = std::get_if<ShapeGeometry>(&part.geometry);
+    return shape != nullptr && shape->stage->has_values_of_part;
+}
+
+}  // namespace
 
 const void* shared_geometry(const Part& part) {
     if (part.stretched != nullptr) return part.stretched.get();
@@ -81,6 +95,15 @@ std::array<float, OPENFAB_FRAME_COUNT> make_frame(const Part& part, const Grid& 
         frame[OPENFAB_FRAME_BUILD_ORIGIN + a] = static_cast<float>(corner[axis]);
     }
     frame[OPENFAB_FRAME_MAX_DISPLACEMENT] = part.max_displacement_mm;
+    if (!is_own_shape(part)) return frame;
+    const ShapeStage& stage = *std::get<ShapeGeometry>(part.geometry).stage;
+    const bool along_axes = part.stretched == nullptr;
+    constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+    for (size_t a = 0; a < 3; ++a) {
+        frame[OPENFAB_FRAME_SHAPE_SHRINK + a] =
+            along_axes ? static_cast<float>(1 / stage.stretch[a]) : kUnknown;
+    }
+    frame[OPENFAB_FRAME_SHAPE_DISTANCE] = along_axes ? declared_scale(stage) : kUnknown;
     return frame;
 }
 

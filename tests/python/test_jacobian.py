@@ -209,3 +209,43 @@ def test_a_lookup_that_moves_is_refused_at_its_place() -> None:
         openfab.sample(world, voxel=0.5, jacobian="cube.u")
     assert "[no-derivative]" in str(raised.value)
     assert "fablet.fl:4:" in str(raised.value)
+
+
+# A cube of half side u, and a ball of radius u: the first value is 0 on both sides of the surface's formula.
+SOLIDS = {
+    "cube": "float3 q = abs(p) - u; return length(max(q, 0)) + min(max(q.x, max(q.y, q.z)), 0);",
+    "ball": "return length(p - float3(0.25, 0, 0)) - u;",
+}
+
+
+@pytest.mark.parametrize("declared", ["", "[[ distance ]]"])
+@pytest.mark.parametrize("solid", SOLIDS)
+@pytest.mark.parametrize("scale", [1, 1.5])
+def test_a_shape_moves_by_its_scale(solid: str, declared: str, scale: float) -> None:
+    fablet = openfab.Fablet(text=f"""fablet Solid {{
+        @uniform {{ float u = 2; Material one, other; }}
+        @Shape(@varying {{ ShapeAttributes attr }}) {declared} {{ float3 p = attr.p; {SOLIDS[solid]} }}
+        @Volume(@varying {{ VolumeAttributes attr }})
+        {{ MaterialComposition mc; mc.Set(one, 10 + distance(attr.voxelCenter)); mc.Set(other, 10.0); return mc; }}
+    }}""")
+    world = openfab.World(printer="generic")
+    added = world.add(
+        openfab.shape(fablet, [[-3, -3, -3], [3, 3, 4]]), fablet, {"one": WHITE, "other": BLACK}, name="it", place=False
+    )
+    added.place(scale=scale)
+    samples = openfab.sample(world, voxel=0.3, jacobian="it.u")
+    share = samples.fractions[..., 0]
+    inside = share > 0.1
+    assert inside.sum() > 500
+    # The share is a / (a + 10), where a is 10 + d, and d shrinks by the scale.
+    np.testing.assert_allclose(
+        samples.jacobian["it.u"][inside][:, 0], -scale * (1 - share[inside]) ** 2 / 10, atol=2e-4
+    )
+
+
+def test_a_mesh_does_not_move_with_its_fablets_shape() -> None:
+    world = openfab.World(printer="generic")
+    world.add(openfab.box(3, 3, 3), openfab.Fablet(text=BALL), {"core": WHITE, "shell": BLACK}, name="block")
+    samples = openfab.sample(world, voxel=0.5, jacobian=["block.r", "block.thick"])
+    assert samples.jacobian["block.thick"].any()
+    assert not samples.jacobian["block.r"].any()

@@ -16,13 +16,6 @@ constexpr size_t kMost = 4096;
 
 }  // namespace
 
-float scale_of_values(const part::ShapeStage& stage) {
-    constexpr double kSlack = 1e-6;
-    const std::array<double, 3>& stretch = stage.stretch;
-    const auto [least, most] = std::minmax_element(stretch.begin(), stretch.end());
-    return *most - *least <= kSlack * *least ? static_cast<float>(*least) : 0.0f;
-}
-
 ShapeCalls::ShapeCalls(const part::ShapeStage& stage, const surface::StaticArgs& fixed,
                        const ShapeBodies& bodies, openfab_isa isa)
     : StageCalls(*stage.fablet->shape, fixed, isa, kMost),
@@ -33,7 +26,7 @@ ShapeCalls::ShapeCalls(const part::ShapeStage& stage, const surface::StaticArgs&
         stretched_ = stretched_ || stretch != 1;
         shrink_[a] = static_cast<float>(1 / stretch);
     }
-    if (const float scale = scale_of_values(stage); scale != 0) scale_ = scale;
+    if (const float scale = part::scale_of_values(stage); scale != 0) scale_ = scale;
 }
 
 abi::KernelStatus ShapeCalls::values(const ShapePoints& points, std::vector<float>* out) {

@@ -34,10 +34,6 @@ struct ShapePoints {
     void clear() { resize(0); }
 };
 
-/// Returns what values of a stage are multiplied by to be those of the part, if that is scaled alike
-/// along all axes; else 0.
-float scale_of_values(const part::ShapeStage& stage);
-
 class ShapeCalls final : public StageCalls {
   public:
     /// `stage`: the part of Part::shape, which must outlive it, as `fixed`, its arguments, and what it

@@ -73,7 +73,7 @@ ShapeField::ShapeField(const part::ShapeStage& stage, const Bodies& bodies,
 }
 
 bool ShapeField::is_distance() const {
-    return stage_.fablet->shape->is_distance != 0 && scale_of_values(stage_) != 0;
+    return part::declared_scale(stage_) != 0;
 }
 
 Vec3f ShapeField::origin() const {

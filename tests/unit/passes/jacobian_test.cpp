@@ -115,6 +115,8 @@ TEST(Jacobian, OfShapesAndQueries) {
     ASSERT_EQ(ir::verify(jacobian.stage), "");
     const std::array p = {2.0, 3.0, -4.0};
     DoubleInputs inputs = inputs_at(fablet, p);
+    for (int32_t axis = 0; axis < 3; ++axis)
+        inputs.numbers[{OPENFAB_ARG_FRAME, OPENFAB_FRAME_SHAPE_SHRINK + axis, 0}] = 1;
     double u = 7;
     inputs.surface = [&](int32_t kind, int32_t axis, std::span<const double, 3> at) {
         const double radius = std::hypot(at[0], at[1], at[2]);
@@ -163,6 +165,91 @@ TEST(Jacobian, RefusesByName) {
                       "@Surface(@varying { SurfaceAttributes attr }) { return attr.n * u; }\n" +
                       volume + "mc.Set(m, distance(attr.voxelCenter)); return mc; } }"),
               "the displacement of its surface\n");
+    for (const char* of :
+         {"asfloat(asuint(u))", "hash(u * attr.voxelCenter.x)", "asfloat(asuint(u) ^ 1u) + u"}) {
+        EXPECT_EQ(refused(uniforms + volume + "mc.Set(m, " + of + "); return mc; } }"),
+                  "the bits of a number that depends on it\n")
+            << of;
+    }
+    EXPECT_EQ(refused(uniforms + volume +
+                      "mc.Set(m, u * hash(floor(u * attr.voxelCenter))); return mc; } }"),
+              "");
+}
+
+/// The share of m0, 20 + d to 20, where d is the distance to a shape in a box that is asked at the voxel.
+ir::Fablet with_distance(const std::string& of_shape, const std::string& shape) {
+    return compile(
+        "fablet A { @uniform { float u = 2; Material m0, m1; }\n"
+        "@Shape(@varying { ShapeAttributes attr }) " +
+        of_shape + "{ float3 p = attr.p; " + shape +
+        " }\n"
+        "@Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc;"
+        " mc.Set(m0, 20 + distance(attr.voxelCenter)); mc.Set(m1, 20); return mc; } }");
+}
+
+/// Returns the change of the distance by u at a point, of a part with these frame values.
+double change_of_distance(const ir::Fablet& fablet, const std::array<double, 3>& p, double distance,
+                          const std::array<double, 3>& nearest,
+                          const std::array<double, 4>& frame) {
+    const passes::Jacobian jacobian =
+        passes::form_jacobian(fablet, std::vector<passes::Direction>{{{{0, -1}}}});
+    EXPECT_TRUE(jacobian.none.empty());
+    EXPECT_EQ(ir::verify(jacobian.stage), "");
+    DoubleInputs inputs = inputs_at(fablet, p);
+    for (int32_t k = 0; k < 4; ++k)
+        inputs.numbers[{OPENFAB_ARG_FRAME, OPENFAB_FRAME_SHAPE_SHRINK + k, 0}] =
+            frame[static_cast<size_t>(k)];
+    inputs.numbers[{OPENFAB_ARG_DISTANCE, 0, 0}] = distance;
+    inputs.surface = [&](int32_t kind, int32_t axis, std::span<const double, 3> at) {
+        const auto k = static_cast<size_t>(axis);
+        if (kind == OPENFAB_QUERY_DISTANCE) return distance;
+        return kind == OPENFAB_QUERY_NORMAL ? (at[k] - nearest[k]) / distance : nearest[k];
+    };
+    const std::vector<double> got = interp::evaluate_double(jacobian.stage, inputs);
+    // Of a / (a + 20), where a is 20 + d.
+    return got[2] * std::pow(40 + distance, 2) / 20;
+}
+
+constexpr const char* kBox =
+    "float3 q = abs(p) - u; return length(max(q, 0)) + min(max(q.x, max(q.y, q.z)), 0);";
+
+TEST(Jacobian, OfFacesWhoseFormulaHasAnEdgeOnTheSurface) {
+    // A cube of half side u, asked in its inside: its faces come nearer by as much as u shrinks.
+    const std::array p = {1.5, 0.25, -0.5};
+    for (const char* declared : {"", "[[ distance ]] "}) {
+        const double one = *declared != 0 ? 1 : 0;
+        EXPECT_NEAR(change_of_distance(with_distance(declared, kBox), p, -0.5, {2, 0.25, -0.5},
+                                       {1, 1, 1, one}),
+                    -1, 1e-6)
+            << declared;
+    }
+}
+
+TEST(Jacobian, OfShapesThatAreScaled) {
+    // A ball of radius u around 0, three times as large: its surface moves three times as far.
+    const std::array p = {1.0, 2.0, -2.0};
+    const std::array nearest = {2.0, 4.0, -4.0};
+    const std::string ball = "return length(p) - u;";
+    EXPECT_NEAR(
+        change_of_distance(with_distance("", ball), p, -3, nearest, {1. / 3, 1. / 3, 1. / 3, 0}),
+        -3, 1e-6);
+    EXPECT_NEAR(change_of_distance(with_distance("[[ distance ]] ", ball), p, -3, nearest,
+                                   {1. / 3, 1. / 3, 1. / 3, 3}),
+                -3, 1e-6);
+    // Three times as long along x alone, asked on the x axis; the declared distance holds no more.
+    for (const char* declared : {"", "[[ distance ]] "})
+        EXPECT_NEAR(change_of_distance(with_distance(declared, ball), {5, 0, 0}, -1, {6, 0, 0},
+                                       {1. / 3, 1, 1, 0}),
+                    -3, 1e-3)
+            << declared;
+}
+
+TEST(Jacobian, OfAShapesFabletOnAnotherGeometry) {
+    for (const char* declared : {"", "[[ distance ]] "})
+        EXPECT_EQ(change_of_distance(with_distance(declared, "return length(p) - u;"), {1, 0, 0},
+                                     -1, {2, 0, 0}, {0, 0, 0, 0}),
+                  0)
+            << declared;
 }
 
 }  // namespace
