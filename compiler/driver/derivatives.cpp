@@ -24,6 +24,8 @@ const char* name_of(passes::JumpKind kind) {
             return "a remainder";
         case passes::JumpKind::kCell:
             return "the number of a cell";
+        case passes::JumpKind::kBorder:
+            return "what is inside the part, whose border moves,";
     }
     return "";
 }
@@ -42,6 +44,10 @@ const char* remedy_of(passes::JumpKind kind) {
                    "edges";
         case passes::JumpKind::kCell:
             return "the distances of `cellular` have no jumps";
+        case passes::JumpKind::kBorder:
+            return "sums over voxels lack those that come and go at the border: take differences "
+                   "of "
+                   "sums; the fractions of voxels that stay are right";
     }
     return "";
 }

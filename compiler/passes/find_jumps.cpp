@@ -55,13 +55,13 @@ class ByUniform : public Seeds {
         return out;
     }
 
-  private:
     Mask of_uniform(const Instr& input) const {
         if (input.op != Op::kInput || input.kind != OPENFAB_ARG_UNIFORM) return 0;
         const auto found = of_value_.find(input.a);
         return found == of_value_.end() ? 0 : Mask{1} << found->second;
     }
 
+  private:
     std::vector<std::string> names_;
     std::map<int32_t, size_t> of_value_;
     Mask shape_ = 0;  ///< what moves the part's surface
@@ -157,7 +157,16 @@ std::vector<Jump> find_jumps(const ir::Fablet& fablet) {
     expand_picks(&volume);
     clean();
     const ByUniform seeds(fablet);
-    return Finder(volume, seeds).run();
+    std::vector<Jump> out = Finder(volume, seeds).run();
+    for (const ir::Stage* stage : {&fablet.shape, &fablet.surface}) {
+        Mask known = 0;
+        for (const Instr& instr : stage->instrs) {
+            const Mask moving = seeds.of_uniform(instr) & ~known;
+            if (moving != 0) out.push_back({JumpKind::kBorder, instr.span, seeds.names(moving)});
+            known |= moving;
+        }
+    }
+    return out;
 }
 
 }  // namespace openfab::passes

@@ -16,6 +16,7 @@ enum class JumpKind {
     kRounding,    ///< floor, ceil, round, trunc, or a conversion to a whole number
     kRemainder,   ///< fmod
     kCell,        ///< the number of a cell of `cellular`
+    kBorder,      ///< of the part: its shape or its displacement moves, so that voxels come and go
 };
 
 struct Jump {
@@ -24,7 +25,7 @@ struct Jump {
     std::vector<std::string> uniforms;  ///< that move it, in the order of their declarations
 };
 
-/// Finds the jumps of a volume stage, as the front end gives it, by uniforms of floats; each place once. A choice counts
+/// Finds the jumps of a volume stage, and the stages that move the part's border, as the front end gives it, by uniforms of floats; each place once, a border at its first read of each uniform. A choice counts
 /// as smooth where its two values are those that are compared, or a value and its negative: a `min`, a `max`, an `abs`.
 std::vector<Jump> find_jumps(const ir::Fablet& fablet);
 

@@ -47,6 +47,22 @@ TEST(FindJumps, NamesWhatDecidesAndTheUniforms) {
                 ElementsAre("s < u by u"));
 }
 
+TEST(FindJumps, NamesWhereTheBorderOfThePartMoves) {
+    const std::string volume =
+        "@Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, w); "
+        "return mc; } }";
+    const std::string uniforms = "fablet A { @uniform { float u = 1; float w = 1; Material m; }\n";
+    for (const char* stage :
+         {"@Shape(@varying { ShapeAttributes attr }) { return length(attr.p) - u * u; }\n",
+          "@Surface(@varying { SurfaceAttributes attr }) { return attr.n * u; }\n"}) {
+        const std::vector<passes::Jump> jumps =
+            passes::find_jumps(compile(uniforms + stage + volume));
+        ASSERT_EQ(jumps.size(), 1U) << stage;
+        EXPECT_EQ(jumps[0].kind, JumpKind::kBorder);
+        EXPECT_EQ(jumps[0].uniforms, std::vector<std::string>{"u"});
+    }
+}
+
 TEST(FindJumps, FindsNoneWhereNothingJumpsWithAUniform) {
     for (const char* smooth :
          {"return u * p.x;", "return p.x > 0 ? u : 2 * u;",
