@@ -25,6 +25,8 @@ namespace fs = std::filesystem;
 
 /// The second round aims off by what the first print was off; a third gains nothing but where steps are large.
 constexpr int32_t kMostRounds = 3;
+/// From where dependence is looked for, besides the start.
+constexpr int32_t kOtherStarts = 3;
 
 /// Splits the words of a print: the file of goals is that whose loss leaves a print of a world.
 Result<std::pair<program::Options, std::string>> split_words(const FitOptions& options) {
@@ -95,6 +97,10 @@ class Fitter {
         auto words = split_words(options_);
         if (!words) return words.error();
         world_ = words->first.input;
+        if (!words->first.settings.empty() && (options_.write || !options_.output.empty()))
+            return usage_error(
+                fmt::format(messages::kOutputSets, options_.write ? "--write" : "-o"));
+        out_.given = words->first.settings;
         auto values =
             PrintValues::create(words->first, options_.schedules, words->second, interrupt_);
         if (!values) return values.error();
@@ -118,45 +124,41 @@ class Fitter {
         return out;
     }
 
-    /// Finds goals and unknowns that have nothing to do with each other, by a few values of each unknown.
+    /// Finds goals and unknowns that have nothing to do with each other, by a few values of each unknown: at the start,
+    /// and where that is not enough with all choices and from other starts, since unknowns may count together alone.
     Result<void> check_dependence() {
-        const std::vector<Unknown>& unknowns = out_.goals.unknowns;
-        chosen_.assign(unknowns.size(), 0);
-        const std::vector<double> from = start();
-        const Result<std::vector<double>> first = values_at(from);
-        if (!first) return first.error();
-        std::vector<bool> moves(first->size());
-        size_t next = 0;
-        for (size_t u = 0; u < unknowns.size(); ++u) {
-            bool moves_any = false;
-            const auto look = [&](std::span<const double> x) -> Result<void> {
-                const Result<std::vector<double>> values = values_at(x);
-                if (!values) return values.error();
-                for (size_t g = 0; g < first->size(); ++g) {
-                    if ((*values)[g] == (*first)[g]) continue;
-                    moves[g] = moves_any = true;
-                }
-                return {};
-            };
-            if (unknowns[u].is_discrete()) {
-                for (chosen_[u] = 1; chosen_[u] < unknowns[u].choices.size(); ++chosen_[u]) {
-                    if (Result<void> looked = look(from); !looked) return looked;
-                }
-                chosen_[u] = 0;
-            } else {
-                for (const double x : {0.0, 0.381966, 1.0}) {
-                    std::vector<double> at = from;
-                    at[next] = x;
-                    if (Result<void> looked = look(at); !looked) return looked;
-                }
-                ++next;
-            }
-            if (!moves_any)
-                noted_.push_back(fmt::format(messages::kUnknownMovesNothing, unknowns[u].name));
+        const size_t count = out_.goals.unknowns.size();
+        std::vector<std::vector<double>> starts{start()};
+        uint64_t state = options_.search_seed;
+        for (int32_t more = 0; more < kOtherStarts && !starts[0].empty(); ++more) {
+            std::vector<double>& other = starts.emplace_back(starts[0]);
+            for (double& x : other)
+                x = next_number(&state);
         }
-        for (size_t g = 0; g < moves.size(); ++g) {
+        chosen_.assign(count, 0);
+        const Result<std::vector<double>> first = values_at(starts[0]);
+        if (!first) return first.error();
+        std::vector<bool> goal_moves(first->size()), unknown_moves(count);
+        const auto all = [](const std::vector<bool>& of) {
+            return std::ranges::count(of, false) == 0;
+        };
+        for (const std::vector<double>& from : starts) {
+            do {
+                if (all(goal_moves) && all(unknown_moves)) break;
+                if (Result<void> looked = look_around(from, *first, &goal_moves, &unknown_moves);
+                    !looked)
+                    return looked;
+            } while (next_choice());
+            chosen_.assign(count, 0);
+        }
+        for (size_t u = 0; u < count; ++u) {
+            if (!unknown_moves[u])
+                noted_.push_back(
+                    fmt::format(messages::kUnknownMovesNothing, out_.goals.unknowns[u].name));
+        }
+        for (size_t g = 0; g < goal_moves.size(); ++g) {
             const Goal& goal = out_.goals.goals[g];
-            if (moves[g] || std::abs(goal.wanted.beyond((*first)[g])) <= 1) continue;
+            if (goal_moves[g] || std::abs(goal.wanted.beyond((*first)[g])) <= 1) continue;
             return error_at(
                 goal.location,
                 fmt::format(messages::kGoalMovesNot, goal.name, (*first)[g], unit_of(goal)),
@@ -165,12 +167,48 @@ class Fitter {
         return {};
     }
 
-    /// Searches for each combination of choices, and takes the best.
+    /// Looks which unknowns, each alone, move any goal from a place; and which goals are not as at `first`.
+    Result<void> look_around(const std::vector<double>& from, const std::vector<double>& first,
+                             std::vector<bool>* goal_moves, std::vector<bool>* unknown_moves) {
+        const Result<std::vector<double>> here = values_at(from);
+        if (!here) return here.error();
+        for (size_t g = 0; g < first.size(); ++g) {
+            if ((*here)[g] != first[g]) (*goal_moves)[g] = true;
+        }
+        size_t next = 0;
+        for (size_t u = 0; u < unknown_moves->size(); ++u) {
+            const Unknown& unknown = out_.goals.unknowns[u];
+            const size_t at = unknown.is_discrete() ? 0 : next++;
+            const size_t values = unknown.is_discrete() ? unknown.choices.size() : 3;
+            const size_t chosen = chosen_[u];
+            for (size_t k = 0; k < values; ++k) {
+                constexpr double kPlaces[] = {0.0, 0.381966, 1.0};
+                std::vector<double> there = from;
+                if (unknown.is_discrete()) {
+                    chosen_[u] = k;
+                } else {
+                    there[at] = kPlaces[k];
+                }
+                const Result<std::vector<double>> values_there = values_at(there);
+                chosen_[u] = chosen;
+                if (!values_there) return values_there.error();
+                for (size_t g = 0; g < first.size(); ++g) {
+                    if ((*values_there)[g] == (*here)[g]) continue;
+                    (*goal_moves)[g] = (*unknown_moves)[u] = true;
+                }
+            }
+        }
+        return {};
+    }
+
+    /// Searches for each combination of choices, in order, and takes the first that reaches all goals; where something is
+    /// made least or most, the best of all.
     Result<void> search_all(const std::vector<Wanted>& wanted) {
         const std::vector<Unknown>& unknowns = out_.goals.unknowns;
         const Values values = [&](std::span<const double> x) { return values_at(x); };
         chosen_.assign(unknowns.size(), 0);
         std::optional<Point> best;
+        const bool aims = std::ranges::any_of(wanted, [](const Wanted& w) { return w.aim != 0; });
         const std::vector<double> from = start();
         for (;;) {
             Point point;
@@ -194,7 +232,8 @@ class Fitter {
                 for (size_t g = 0; g < wanted.size(); ++g)
                     out_.numbers[g].searched = point.values[g];
             }
-            if (out_.interrupted || !next_choice()) break;
+            const bool enough = best && !aims && is_reached(*best, wanted);
+            if (out_.interrupted || enough || !next_choice()) break;
         }
         if (!best) return Error{ErrorCode::kInterrupted, messages::kInterruptedBefore};
         return {};

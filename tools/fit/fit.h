@@ -38,7 +38,8 @@ struct GoalNumbers {
 
 struct Fit {
     Goals goals;
-    std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`
+    std::vector<std::string> given;     ///< `OBJECT.UNIFORM=VALUE` of the command line
+    std::vector<std::string> settings;  ///< those that were found
     std::vector<double> unknowns;       ///< as those of a trial
     std::vector<GoalNumbers> numbers;   ///< by goal
     std::vector<Trial> history;

@@ -73,7 +73,9 @@ std::string fit_table(const Fit& fit) {
                         difference(numbers.mixed, numbers.printed), met ? "" : messages::kMissed);
     }
     std::string sets;
-    for (const std::string& setting : fit.settings) {
+    std::vector<std::string> settings = fit.given;  // the last of a uniform counts
+    settings.insert(settings.end(), fit.settings.begin(), fit.settings.end());
+    for (const std::string& setting : settings) {
         const bool plain = setting.find_first_of(" \"'[]{}$`\\*?&|;<>()#~!") == std::string::npos;
         sets += plain ? " --set " + setting : " --set '" + setting + "'";
     }

@@ -22,14 +22,6 @@ constexpr int32_t kMoreStarts = 3;
 /// They aim so much closer than is good enough.
 constexpr double kCloser = 0.1;
 
-/// The next of a sequence of numbers from 0 to 1 (splitmix64).
-double next_number(uint64_t* state) {
-    uint64_t z = (*state += 0x9e3779b97f4a7c15);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
-    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
-
 class Searcher {
   public:
     Searcher(size_t unknowns, std::span<const Wanted> wanted, const Values& values,
@@ -272,6 +264,13 @@ class Searcher {
 };
 
 }  // namespace
+
+double next_number(uint64_t* state) {
+    uint64_t z = (*state += 0x9e3779b97f4a7c15);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
 
 double Wanted::beyond(double value) const {
     if (at_least && value < *at_least) return (value - *at_least) / within;

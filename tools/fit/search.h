@@ -20,6 +20,9 @@
 
 namespace openfab::fit {
 
+/// Returns the next of a sequence of numbers from 0 to 1 (splitmix64).
+double next_number(uint64_t* state);
+
 /// What a value shall be.
 struct Wanted {
     std::optional<double> at_least, at_most;  ///< the same twice: equal

@@ -147,11 +147,12 @@ class UnknownsReader {
         if (found->kind != OPENFAB_UNIFORM_VALUE)
             return fail(fmt::format(messages::kOfNoNumber, name, part::declaration(*found)),
                         messages::kOfNoNumberHelp);
-        if (component >= count || (component < 0 && count > 1))
+        const bool whole = component < 0 && member.value.find("choices") != nullptr;
+        if (component >= count || (component < 0 && count > 1 && !whole))
             return fail(
                 fmt::format(messages::kComponents, name, part::declaration(*found)),
                 fmt::format(messages::kComponentsHelp, out->object, out->uniform, count - 1));
-        if (count > 1) out->component = component;
+        if (count > 1 && !whole) out->component = component;
         out->scalar = found->scalar;
         for (int32_t k = 0; k < count; ++k)
             out->now.push_back(number_of(bound.values[static_cast<size_t>(found->first_index + k)],
@@ -227,7 +228,13 @@ class UnknownsReader {
         if (out->component >= 0)
             return json_.fail(value, messages::kChoicesOfComponent,
                               messages::kChoicesOfComponentHelp);
+        std::vector<double> numbers;
         for (double number = first; number <= last; ++number)
+            numbers.push_back(number);
+        // The first that reaches all goals is taken.
+        std::ranges::stable_sort(numbers, {},
+                                 [&](double number) { return std::abs(number - out->start); });
+        for (const double number : numbers)
             out->choices.push_back(fmt::format("{:.0f}", number));
     }
 

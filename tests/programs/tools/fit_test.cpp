@@ -31,6 +31,8 @@ constexpr const char* kFablet = R"(fablet Mix {
         float2 pair = float2(0.5, 0.5);
         int rings = 3;
         bool flip = false;
+        bool inner = false, outer = false;
+        float2x2 corner = float2x2(1, 2, 3, 4);
         float sharp = 1;
         float idle = 0 [[ float min = 0, float max = 1 ]];
         Material a, b;
@@ -41,6 +43,8 @@ constexpr const char* kFablet = R"(fablet Mix {
         float s = t * pair.x * 2;
         if (sharp > 1.5) s = p.x < edge ? 1 : 0;
         if (rings != 3) s = rings / 10.0;
+        if (inner && outer) s = 0.9;
+        if (flip && rings == 3 && sharp < 0.5) s = corner._m10 / 10;
         if (flip) s = 1 - s;
         mc.Set(a, s);
         mc.Set(b, 1 - s);
@@ -199,7 +203,7 @@ TEST_F(FitTest, WhatWasTriedBeforeChangesNothing) {
 }
 )");
     const std::string goals =
-        R"({"volume_ml": "heavy", "at_least": 0}, {"weight_g": "all", "at_least": 0})";
+        R"({"volume_ml": "heavy", "at_least": 0}, {"weight_g": "all", "aim": "least"})";
     const auto with = [&](const std::string& unknowns) {
         fit(unknowns, goals, {"--history", path("h.csv"), "--voxel", "0.2mm"});
         std::set<std::string> lines;
@@ -259,6 +263,47 @@ TEST_F(FitTest, ChoicesAreTried) {
                                   R"({"share": "heavy", "equal": 0.2})");
     EXPECT_TRUE(flipped.find("unknowns")->value.find("thing.flip")->value.boolean);
     EXPECT_NEAR(unknown(flipped, "thing.t"), 0.8, 1e-3);
+    // All of a matrix, whose third number is a share in tenths, that is turned round.
+    fit(R"("thing.corner": {"choices": [[[1, 2], [3, 4]], [[1, 2], [6, 4]]]})",
+        R"({"share": "heavy", "equal": 0.4})",
+        {"--set", "thing.flip=true", "--set", "thing.sharp=0"});
+    EXPECT_THAT(last_.out, HasSubstr("[[1,2],[6,4]]"));
+}
+
+TEST_F(FitTest, OfWholeNumbersThatReachTheNearestToTheStartIsTaken) {
+    const JsonValue found = fit(R"("thing.rings": {"min": 4, "max": 9, "start": 7})",
+                                R"({"share": "heavy", "at_least": 0.5})");
+    EXPECT_EQ(unknown(found, "thing.rings"), 7);
+    EXPECT_EQ(goal(found, "printed") >= 0.69, true);
+}
+
+TEST_F(FitTest, UnknownsThatCountOnlyTogetherAreFound) {
+    // Two switches; and a product of two numbers that are 0 both.
+    const JsonValue both =
+        fit(R"("thing.inner": {}, "thing.outer": {})", R"({"share": "heavy", "equal": 0.9})");
+    EXPECT_TRUE(both.find("unknowns")->value.find("thing.outer")->value.boolean);
+    EXPECT_THAT(last_.err, Not(Says(fit::messages::kUnknownMovesNothing, "*")));
+    const JsonValue product = fit(
+        R"("thing.t": {"min": 0, "max": 1, "start": 0}, "thing.pair[0]": {"min": 0, "max": 1, "start": 0})",
+        R"({"share": "heavy", "equal": 0.3})");
+    EXPECT_NEAR(2 * unknown(product, "thing.t") * unknown(product, "thing.pair[0]"), 0.3, 1e-3);
+}
+
+TEST_F(FitTest, WhatWasSetBelongsToWhatWasFound) {
+    const JsonValue found =
+        fit(R"("thing.t": {"min": 0, "max": 1})", R"({"share": "heavy", "equal": 0.3})",
+            {"--set", "thing.pair=[0.25, 0.5]"});
+    EXPECT_NEAR(unknown(found, "thing.t"), 0.6, 1e-3);
+    EXPECT_THAT(last_.out, HasSubstr("--set 'thing.pair=[0.25, 0.5]' --set thing.t=0."));
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{"-o", path("new.fab.json")}, {"--write"}}) {
+        std::vector<std::string> words{"fit", path("w.fab.json"), path("goals.json"), "--set",
+                                       "thing.pair=[0.25, 0.5]"};
+        words.insert(words.end(), more.begin(), more.end());
+        const Outcome refused = openfab(words);
+        EXPECT_EQ(refused.exit_code, 2) << refused.out;
+        EXPECT_THAT(refused.err, Says(fit::messages::kOutputSets, more[0]));
+    }
 }
 
 TEST_F(FitTest, AShapeIsSetUpAgain) {
