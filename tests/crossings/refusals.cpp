@@ -8,6 +8,7 @@
 #include "runtime/part/messages.h"
 #include "runtime/solid/messages.h"
 #include "tests/crossings/table.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 
@@ -43,6 +44,9 @@ constexpr Refusal kRefusals[] = {
     {{"strengthen", "primitive|of group|grown of group", "*"},
      mechanics::messages::kFieldForOneObject,
      mechanics::messages::kFieldForOneObjectHelp},
+    {{"split", "shape|undeclared|of *|beams", "several that touch"},
+     tools::messages::kPlacementsTouch,
+     tools::messages::kPlacementsTouchHelp},
     {{"field", "shape|undeclared|of *|grown*|program*", "*"},
      kFieldCannotMove,
      kFieldCannotMoveHelp},
