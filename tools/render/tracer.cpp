@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kPi = std::numbers::pi;
-constexpr double kLeastStep = 1e-200;
 
 /// Mean weights below Lanes::kLight are played for, so that paths through dark materials end. Those that go on weigh so much:
 /// more than kLight, so that they need not play at each collision.
@@ -34,13 +33,6 @@ Rgb operator*(const Rgb& a, double s) {
     return {a[0] * s, a[1] * s, a[2] * s};
 }
 
-double interpolate(const std::array<int32_t, 8>& c, double x, double y, double z) {
-    const auto along = [&](size_t i) { return c[i] + x * (c[i + 1] - c[i]); };
-    const double low = along(0) + y * (along(2) - along(0));
-    const double high = along(4) + y * (along(6) - along(4));
-    return low + z * (high - low);
-}
-
 /// A lane that is not in use stays where nothing is.
 void clear(int32_t lane, Lanes* lanes) {
     lanes->is_used[lane] = 0;
@@ -54,52 +46,12 @@ void clear(int32_t lane, Lanes* lanes) {
 
 }  // namespace
 
-/// Steps of a ray through a grid of boxes. Directions are random, so that branches on them would be guessed wrong.
-struct Tracer::Steps {
-    Vec3i at;    ///< the box; no number of it is negative, but of one that the ray left the grid to
-    Vec3i ways;  ///< +1 or -1
-    Vec3d next;  ///< where the ray leaves it along each axis, in mm
-    Vec3d apart;  ///< from there to where it leaves the next
-    Vec3d speed;  ///< boxes per mm
-
-    /// From `t` on; the boxes are `side` voxels wide, the first begins at `origin` along each axis.
-    Steps(const Ray& ray, double t, double origin, double side) {
-        for (int a = 0; a < 3; ++a) {
-            const double step = ray.step[a] != 0 ? ray.step[a] : kLeastStep;
-            const double place = (ray.at[a] + ray.step[a] * t - origin) / side;
-            at[a] = static_cast<int32_t>(place);
-            const bool is_up = step > 0;
-            ways[a] = is_up ? 1 : -1;
-            // On its border it is the box ahead.
-            at[a] -= static_cast<int32_t>(!is_up) & static_cast<int32_t>(at[a] == place);
-            const double inverse = 1 / step;
-            next[a] = ((at[a] + (is_up ? 1 : 0)) * side + origin - ray.at[a]) * inverse;
-            apart[a] = std::abs(inverse) * side;
-            speed[a] = std::abs(step) / side;
-        }
-    }
-    /// Where the ray leaves this box and up to `more` further ones along each axis.
-    double leaves(const Vec3i& more) const {
-        return std::min(
-            {next.x + apart.x * more.x, next.y + apart.y * more.y, next.z + apart.z * more.z});
-    }
-    /// Goes on to the box that begins at `t`, which leaves() gave.
-    void go_on(double t) {
-        for (int a = 0; a < 3; ++a) {
-            const double beyond = (t - next[a]) * speed[a];
-            const int32_t passed = beyond >= 0 ? static_cast<int32_t>(beyond) + 1 : 0;
-            at[a] += ways[a] * passed;
-            next[a] += apart[a] * passed;
-        }
-    }
-};
-
 Tracer::Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t macro_blocks,
                int instruction_set)
     : volume_(*volume),
       scene_(std::move(scene)),
       surface_(optics.surface),
-      clearances_(*volume),
+      skin_(volume),
       fly_(best_flight(instruction_set)) {
     std::vector<float> largest;
     for (const MaterialOptics& one : optics.by_code) {
@@ -121,9 +73,6 @@ Tracer::Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t 
     cell_count_ = {blocks.x / macro_blocks, blocks.y / macro_blocks, blocks.z / macro_blocks};
     const size_t cells = static_cast<size_t>(cell_count_.x) * static_cast<size_t>(cell_count_.y) *
                          static_cast<size_t>(cell_count_.z);
-    group_count_ = {blocks.x / Volume::kGroup, blocks.y / Volume::kGroup,
-                    blocks.z / Volume::kGroup};
-    is_void_.assign(index_in(group_count_, {0, 0, group_count_.z}), 1);
     std::vector<bool> is_new(cells, true);
     medium_.majorants.resize(cells);
     std::vector<Clearances::Kind> kinds(cells);
@@ -136,12 +85,9 @@ Tracer::Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t 
                     OPENFAB_DCHECK(code < largest.size());
                     medium_.majorants[i] = std::max(medium_.majorants[i], largest[code]);
                 });
-                const Clearances::Kind kind = clearances_.kind({x, y, z});
+                const Clearances::Kind kind = skin_.clearances().kind({x, y, z});
                 kinds[i] = is_new[i] || kind == kinds[i] ? kind : Clearances::Kind::kSurface;
                 is_new[i] = false;
-                if (kind == Clearances::Kind::kOutside) continue;
-                constexpr int32_t kGroup = Volume::kGroup;
-                is_void_[index_in(group_count_, {x / kGroup, y / kGroup, z / kGroup})] = 0;
             }
         }
     }
@@ -151,25 +97,23 @@ Tracer::Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t 
         if (kinds[i] == Clearances::Kind::kSurface)
             medium_.majorants[i] = -std::max(medium_.majorants[i], kLeast);
     }
-    const Vec3d mm = volume_.pitch_mm();
-    per_mm_ = {1 / mm.x, 1 / mm.y, 1 / mm.z};
-    apart_mm_ = 1e-5 * std::min({mm.x, mm.y, mm.z});
     for (int a = 0; a < 3; ++a) {
         medium_.cells[a] = cell_count_[a];
         medium_.blocks[a] = blocks[a];
-        medium_.per_mm[a] = static_cast<float>(per_mm_[a]);
+        medium_.per_mm[a] = static_cast<float>(skin_.per_mm()[a]);
     }
     medium_.codes = volume_.codes();
     medium_.code_pool = volume_.code_pool();
-    medium_.clearances = clearances_.entries();
-    medium_.clearance_pool = clearances_.pool();
+    medium_.clearances = skin_.clearances().entries();
+    medium_.clearance_pool = skin_.clearances().pool();
     medium_.meets = meets;
     medium_.tracer = this;
 }
 
 void Tracer::aim(const Vec3d& direction, Ray* ray) const {
     ray->direction = direction;
-    ray->step = {direction.x * per_mm_.x, direction.y * per_mm_.y, direction.z * per_mm_.z};
+    ray->step = {direction.x * skin_.per_mm().x, direction.y * skin_.per_mm().y,
+                 direction.z * skin_.per_mm().z};
 }
 
 Vec3i Tracer::cell_of(const Vec3d& at) const {
@@ -178,136 +122,6 @@ Vec3i Tracer::cell_of(const Vec3d& at) const {
         cell[a] =
             std::clamp(static_cast<int32_t>(at[a]) >> medium_.cell_shift, 0, cell_count_[a] - 1);
     return cell;
-}
-
-double Tracer::enter(const Ray& ray) const {
-    double from = 0;
-    double to = kFar;
-    for (int a = 0; a < 3; ++a) {
-        const double side = volume_.blocks()[a] * Volume::kSide;
-        if (ray.step[a] == 0) {
-            if (ray.at[a] < 0 || ray.at[a] >= side) return kFar;
-            continue;
-        }
-        const double low = -ray.at[a] / ray.step[a];
-        const double high = (side - ray.at[a]) / ray.step[a];
-        from = std::max(from, std::min(low, high));
-        to = std::min(to, std::max(low, high));
-    }
-    return from < to ? from : kFar;
-}
-
-double Tracer::coverage(const Vec3d& at) const {
-    const double x = std::floor(at.x - 0.5);
-    const double y = std::floor(at.y - 0.5);
-    const double z = std::floor(at.z - 0.5);
-    return interpolate(
-        volume_.corners(static_cast<int32_t>(x), static_cast<int32_t>(y), static_cast<int32_t>(z)),
-        at.x - 0.5 - x, at.y - 0.5 - y, at.z - 0.5 - z);
-}
-
-Vec3d Tracer::slope(const Vec3d& at) const {
-    const double fx = std::floor(at.x - 0.5);
-    const double fy = std::floor(at.y - 0.5);
-    const double fz = std::floor(at.z - 0.5);
-    const std::array<int32_t, 8> c = volume_.corners(
-        static_cast<int32_t>(fx), static_cast<int32_t>(fy), static_cast<int32_t>(fz));
-    const double x = at.x - 0.5 - fx;
-    const double y = at.y - 0.5 - fy;
-    const double z = at.z - 0.5 - fz;
-    const auto blend = [](double a, double b, double t) { return a + t * (b - a); };
-    const auto d = [&](size_t i, size_t j) { return static_cast<double>(c[j] - c[i]); };
-    return {blend(blend(d(0, 1), d(2, 3), y), blend(d(4, 5), d(6, 7), y), z) * per_mm_.x,
-            blend(blend(d(0, 2), d(1, 3), x), blend(d(4, 6), d(5, 7), x), z) * per_mm_.y,
-            blend(blend(d(0, 4), d(1, 5), x), blend(d(2, 6), d(3, 7), x), y) * per_mm_.z};
-}
-
-Vec3d Tracer::smooth_slope(const Vec3d& at) const {
-    Vec3d out;
-    for (int a = 0; a < 3; ++a) {
-        Vec3d high = at;
-        Vec3d low = at;
-        high[a] += 1;
-        low[a] -= 1;
-        out[a] = (coverage(high) - coverage(low)) * 0.5 * per_mm_[a];
-    }
-    return out;
-}
-
-/// Finds where, between two distances, the coverage passes to the other side.
-bool Tracer::find_surface(const Ray& ray, double from, double to, double* where) const {
-    Steps dual(ray, from, 0.5, 1);
-    const auto is_wrong = [&](double coverage) {
-        return (coverage >= Volume::kSurface) != ray.inside;
-    };
-    const int32_t of_side = ray.inside ? 0 : Clearances::kVoid;
-    for (double begin = from;;) {
-        const Vec3i low = dual.at;
-        const Clearances::Clearance here = clearances_.at(low.x, low.y, low.z);
-        const int32_t clearance = here.value - of_side;
-        // Those that are all on the ray's side have no surface: they are passed together.
-        const bool is_clear = clearance >= 1 && clearance <= Clearances::kMost;
-        Vec3i more;
-        for (int a = 0; a < 3; ++a) {
-            const int32_t in_block = dual.ways[a] > 0 ? 7 - (low[a] & 7) : low[a] & 7;
-            more[a] = !is_clear ? 0 : here.is_of_block ? in_block : clearance - 1;
-        }
-        const double leaves = dual.leaves(more);
-        if (!is_clear) {
-            const double end = std::min(std::max(begin, leaves), to);
-            const std::array<int32_t, 8> c = volume_.corners(low.x, low.y, low.z);
-            const auto value = [&](double t) {
-                const Vec3d q = ray.at + ray.step * t;
-                return interpolate(c, q.x - (low.x + 0.5), q.y - (low.y + 0.5),
-                                   q.z - (low.z + 0.5));
-            };
-            if (is_wrong(value(end))) {
-                double right = begin;
-                double wrong = end;
-                for (int i = 0; i < 40 && !is_wrong(value(right)); ++i) {
-                    const double half = 0.5 * (right + wrong);
-                    (is_wrong(value(half)) ? wrong : right) = half;
-                    if (wrong - right < apart_mm_ * 1e-3) break;
-                }
-                *where = right;
-                return true;
-            }
-        }
-        if (leaves >= to) return false;
-        begin = std::max(begin, leaves);
-        dual.go_on(leaves);
-    }
-}
-
-bool Tracer::walk(double most_mm, Ray* ray) const {
-    double t = enter(*ray);
-    if (t < most_mm) {
-        Steps groups(*ray, t, 0, Volume::kGroup * Volume::kSide);
-        for (int a = 0; a < 3; ++a)
-            groups.at[a] = std::clamp(groups.at[a], 0, group_count_[a] - 1);
-        double searched_from = -1;
-        for (bool is_last = false; !is_last;) {
-            const bool is_searched = is_void_[index_in(group_count_, groups.at)] == 0;
-            if (is_searched && searched_from < 0) searched_from = t;
-            const double leaves = groups.leaves({0, 0, 0});
-            t = std::min(std::max(t, leaves), most_mm);
-            groups.go_on(leaves);
-            is_last = t == most_mm;
-            for (int a = 0; a < 3; ++a)
-                is_last = is_last || groups.at[a] < 0 || groups.at[a] >= group_count_[a];
-            // Groups that may have a surface are searched together where they follow each other.
-            if (searched_from < 0 || (!is_last && is_void_[index_in(group_count_, groups.at)] == 0))
-                continue;
-            double surface = 0;
-            if (find_surface(*ray, searched_from, t, &surface)) {
-                ray->at = ray->at + ray->step * surface;
-                return true;
-            }
-            searched_from = -1;
-        }
-    }
-    ray->at = ray->at + ray->step * std::min(most_mm, 1e9);
-    return false;
 }
 
 bool Tracer::meets(const void* tracer, Lanes* lanes, int32_t lane, float flown_mm) {
@@ -322,9 +136,10 @@ bool Tracer::meets(const void* tracer, Lanes* lanes, int32_t lane, float flown_m
         is_one_cell = is_one_cell && static_cast<int32_t>(ray.at[a] - 0.5) ==
                                          static_cast<int32_t>(ray.at[a] + ray.step[a] * mm - 0.5);
     }
-    if (is_one_cell && self.coverage(ray.at + ray.step * mm) >= Volume::kSurface) return false;
+    if (is_one_cell && self.skin_.coverage(ray.at + ray.step * mm) >= Volume::kSurface)
+        return false;
     double surface = 0;
-    if (!self.find_surface(ray, 0, mm, &surface)) return false;
+    if (!self.skin_.find(ray, 0, mm, &surface)) return false;
     for (int a = 0; a < 3; ++a)
         lanes->at[a][lane] += ray.step[a] * surface;
     return true;
@@ -332,10 +147,10 @@ bool Tracer::meets(const void* tracer, Lanes* lanes, int32_t lane, float flown_m
 
 bool Tracer::bounce(Ray* ray, Random* random) const {
     const double to_air = ray->inside ? 1 : -1;
-    const Vec3d exact = slope(ray->at);
+    const Vec3d exact = skin_.slope(ray->at);
     if (dot(exact, exact) == 0) return false;
     const Vec3d flat = normalized(exact) * -1.0;  // into the air
-    const Vec3d smooth = smooth_slope(ray->at);
+    const Vec3d smooth = skin_.smooth_slope(ray->at);
     // The side from which the ray comes.
     const auto facing = [&](const Vec3d& air) { return air * -to_air; };
     Vec3d normal = dot(smooth, smooth) > 0 ? normalized(smooth) * -1.0 : flat;
@@ -357,8 +172,9 @@ bool Tracer::bounce(Ray* ray, Random* random) const {
     }
     if (next.crosses) ray->inside = !ray->inside;
     aim(next.direction, ray);
-    const Vec3d away = flat * (ray->inside ? -apart_mm_ : apart_mm_);
-    ray->at = ray->at + Vec3d{away.x * per_mm_.x, away.y * per_mm_.y, away.z * per_mm_.z};
+    const Vec3d away = flat * (ray->inside ? -skin_.apart_mm() : skin_.apart_mm());
+    ray->at = ray->at + Vec3d{away.x * skin_.per_mm().x, away.y * skin_.per_mm().y,
+                              away.z * skin_.per_mm().z};
     return true;
 }
 
@@ -393,7 +209,7 @@ Rgb Tracer::lamp_light(const Ray& ray, Random* random) const {
         if (cosine <= 0) continue;
         Ray shadow = ray;
         aim(direction, &shadow);
-        if (walk(kFar, &shadow)) continue;
+        if (skin_.walk(kFar, &shadow)) continue;
         // Balanced with the same directions drawn by their cosine.
         const double density = 1 / lamp.extent();
         const double drawn = cosine / kPi;
@@ -436,7 +252,7 @@ void Tracer::take_sky(Path* path) const {
 bool Tracer::enter_print(Path* path) const {
     while (!path->ray.inside) {
         const double plane = distance_to_backdrop(path->ray);
-        if (walk(plane, &path->ray)) {
+        if (skin_.walk(plane, &path->ray)) {
             if (!meet_surface(path)) return false;
             continue;
         }
@@ -503,7 +319,7 @@ bool Tracer::trace(int32_t count, const std::atomic<bool>& stop, const Start& st
             const PathStart from = start(path.number);
             path.random = from.random;
             for (int a = 0; a < 3; ++a)
-                path.ray.at[a] = (from.from_mm[a] - volume_.origin_mm()[a]) * per_mm_[a];
+                path.ray.at[a] = (from.from_mm[a] - volume_.origin_mm()[a]) * skin_.per_mm()[a];
             aim(from.direction, &path.ray);
             if (enter_print(&path)) {
                 put(path, lane, &lanes);

@@ -11,11 +11,11 @@
 #include <functional>
 #include <vector>
 
-#include "tools/render/clearances.h"
 #include "tools/render/flights.h"
 #include "tools/render/optics.h"
 #include "tools/render/random.h"
 #include "tools/render/scene.h"
+#include "tools/render/skin.h"
 #include "tools/render/volume.h"
 
 namespace openfab::render {
@@ -48,13 +48,6 @@ class Tracer {
     }
 
   private:
-    /// A path's head. Positions are in the volume's coordinates, directions in millimetres.
-    struct Ray {
-        Vec3d at;
-        Vec3d direction;  ///< unit
-        Vec3d step;       ///< voxels per mm along it
-        bool inside = false;
-    };
     struct Path {
         Ray ray;
         Rgb weight{1, 1, 1};
@@ -66,18 +59,9 @@ class Tracer {
         int32_t surfaces = 0;
         int32_t number = 0;
     };
-    struct Steps;
 
     void aim(const Vec3d& direction, Ray* ray) const;
-    /// Returns the millimetres to where a ray from outside enters the box of blocks, or infinity.
-    double enter(const Ray& ray) const;
-    /// Moves a ray outside to the surface that it meets within `most_mm`; returns false where it meets none.
-    bool walk(double most_mm, Ray* ray) const;
     static bool meets(const void* tracer, Lanes* lanes, int32_t lane, float mm);
-    bool find_surface(const Ray& ray, double from, double to, double* where) const;
-    Vec3d slope(const Vec3d& at) const;         ///< of coverage per mm, exact in the dual cell
-    Vec3d smooth_slope(const Vec3d& at) const;  ///< over a voxel
-    double coverage(const Vec3d& at) const;
     double distance_to_backdrop(const Ray& ray) const;
     /// Lets the ray bounce; returns false where there is no surface to bounce off.
     bool bounce(Ray* ray, Random* random) const;
@@ -87,12 +71,6 @@ class Tracer {
     void take_sky(Path* path) const;
     /// Plays for light weights; returns false where the path ends.
     bool play(Path* path) const;
-    static size_t index_in(const Vec3i& count, const Vec3i& at) {
-        return (static_cast<size_t>(at.z) * static_cast<size_t>(count.y) +
-                static_cast<size_t>(at.y)) *
-                   static_cast<size_t>(count.x) +
-               static_cast<size_t>(at.x);
-    }
     Vec3i cell_of(const Vec3d& at) const;
     void put(const Path& path, int32_t lane, Lanes* lanes) const;
     void take(const Lanes& lanes, int32_t lane, Path* path) const;
@@ -106,14 +84,9 @@ class Tracer {
     Scene scene_;
     SurfaceOptics surface_;
     Medium medium_;
-    Clearances clearances_;
+    Skin skin_;
     Vec3i cell_count_;
-    /// Whether all of a group, Volume::kGroup blocks wide, is outside: rays pass it in one step.
-    std::vector<uint8_t> is_void_;
-    Vec3i group_count_;
     Fly fly_;
-    Vec3d per_mm_;         ///< voxels
-    double apart_mm_ = 0;  ///< from the surface, where a ray goes on: far below a free path
 };
 
 }  // namespace openfab::render
