@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
+#include <string_view>
 #include <utility>
 
 #include "base/json_text.h"
@@ -60,9 +61,10 @@ class UnknownsReader {
             if (declared == nullptr) return;
             const std::string what = fmt::format("`{}`", member.key);
             if (!json_.object(member.value, kUnknownKeys, what)) return;
-            if (member.value.find("choices") != nullptr || unknown.scalar == OPENFAB_BOOL ||
+            const std::vector<std::string> all = all_choices(*declared, unknown);
+            if (member.value.find("choices") != nullptr || !all.empty() ||
                 declared->kind == OPENFAB_UNIFORM_MATERIAL) {
-                read_choices(member, &unknown);
+                read_choices(member, all, &unknown);
             } else {
                 read_range(member.value, *declared, what, &unknown);
             }
@@ -160,10 +162,30 @@ class UnknownsReader {
         return found;
     }
 
-    void read_choices(const JsonMember& member, Unknown* out) {
+    /// What is tried where no choices are given: of a bool both, of an enum its names; else nothing.
+    static std::vector<std::string> all_choices(const openfab_uniform& declared,
+                                                const Unknown& unknown) {
+        if (unknown.scalar == OPENFAB_BOOL) return {"false", "true"};
+        std::vector<std::string> out;
+        // A line for each, "name\tvalue\tlabel", after that of the type.
+        const std::string_view text = declared.type_name;
+        for (size_t at = 0; (at = text.find('\n', at)) != std::string_view::npos;) {
+            const std::string_view line = text.substr(++at);
+            out.push_back(fmt::format("\"{}\"", line.substr(0, line.find('\t'))));
+        }
+        return out;
+    }
+
+    void read_choices(const JsonMember& member, const std::vector<std::string>& all, Unknown* out) {
         const JsonMember* choices = member.value.find("choices");
-        if (choices == nullptr && out->scalar == OPENFAB_BOOL) {
-            out->choices = {"false", "true"};
+        if (choices == nullptr && !all.empty()) {
+            for (const char* key : {"min", "max"}) {
+                if (const JsonMember* other = member.value.find(key); other != nullptr)
+                    return json_.fail_at(other->line, other->column,
+                                         fmt::format(messages::kBoundOfNames, out->name, key),
+                                         messages::kChoicesMissingHelp);
+            }
+            out->choices = all;
             return;
         }
         if (choices == nullptr)

@@ -290,7 +290,9 @@ void fly(const Medium& medium, Lanes* lanes) {
             for (int32_t i = 0; i < kLanes; ++i) {
                 const bool crosses = round.collides[i] == 0 && round.axis[i] == a &&
                                      lanes->meeting[i] == Meeting::kNothing;
-                lanes->cell[a][i] += crosses ? (lanes->step[a][i] > 0 ? 1 : -1) : 0;
+                // One that is not in use goes nowhere.
+                const int32_t way = lanes->step[a][i] > 0 ? 1 : lanes->step[a][i] < 0 ? -1 : 0;
+                lanes->cell[a][i] += crosses ? way : 0;
             }
         }
         for (int32_t a = 0; a < 3; ++a) {

@@ -24,13 +24,15 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr const char* kFablet = R"(fablet Mix {
+constexpr const char* kFablet = R"(enum Way { PLAIN, HALF = 4, FULL };
+fablet Mix {
     @uniform {
         float t = 0.5;
         float edge = 0;
         float2 pair = float2(0.5, 0.5);
         int rings = 3;
         bool flip = false;
+        Way way = PLAIN;
         bool inner = false, outer = false;
         float2x2 corner = float2x2(1, 2, 3, 4);
         float sharp = 1;
@@ -44,6 +46,8 @@ constexpr const char* kFablet = R"(fablet Mix {
         if (sharp > 1.5) s = p.x < edge ? 1 : 0;
         if (rings != 3) s = rings / 10.0;
         if (inner && outer) s = 0.9;
+        if (way == HALF) s = 0.45;
+        if (way == FULL) s = 0.95;
         if (flip && rings == 3 && sharp < 0.5) s = corner._m10 / 10;
         if (flip) s = 1 - s;
         mc.Set(a, s);
@@ -263,6 +267,12 @@ TEST_F(FitTest, ChoicesAreTried) {
                                   R"({"share": "heavy", "equal": 0.2})");
     EXPECT_TRUE(flipped.find("unknowns")->value.find("thing.flip")->value.boolean);
     EXPECT_NEAR(unknown(flipped, "thing.t"), 0.8, 1e-3);
+    // Of an enum all names are.
+    const JsonValue named = fit(R"("thing.way": {})", R"({"share": "heavy", "equal": 0.95})");
+    EXPECT_EQ(named.find("unknowns")->value.find("thing.way")->value.text, "FULL");
+    write_goals(R"("thing.way": {"min": 0, "max": 2})", R"({"share": "heavy", "equal": 0.95})");
+    EXPECT_THAT(openfab({"fit", path("w.fab.json"), path("goals.json")}).err,
+                Says(fit::messages::kBoundOfNames));
     // All of a matrix, whose third number is a share in tenths, that is turned round.
     fit(R"("thing.corner": {"choices": [[[1, 2], [3, 4]], [[1, 2], [6, 4]]]})",
         R"({"share": "heavy", "equal": 0.4})",
