@@ -74,9 +74,7 @@ void add_clearances(Rows rows, int32_t more, std::array<uint8_t, Volume::kBlockV
 Clearances::Clearances(const Volume& volume) : blocks_(volume.blocks()) {
     const Vec3i& blocks = blocks_;
     const auto index_of = [&](int32_t x, int32_t y, int32_t z) {
-        return (static_cast<size_t>(z) * static_cast<size_t>(blocks.y) + static_cast<size_t>(y)) *
-                   static_cast<size_t>(blocks.x) +
-               static_cast<size_t>(x);
+        return index_in(blocks, {x, y, z});
     };
     // First what is inside: all, nothing, or which of the mixed.
     constexpr uint32_t kNothing = kUniform | static_cast<uint32_t>(kVoid + kMost);

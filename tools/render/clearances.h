@@ -45,12 +45,7 @@ class Clearances {
     const uint8_t* pool() const { return pool_.data(); }
 
   private:
-    uint32_t entry_of(const Vec3i& block) const {
-        return entries_[(static_cast<size_t>(block.z) * static_cast<size_t>(blocks_.y) +
-                         static_cast<size_t>(block.y)) *
-                            static_cast<size_t>(blocks_.x) +
-                        static_cast<size_t>(block.x)];
-    }
+    uint32_t entry_of(const Vec3i& block) const { return entries_[index_in(blocks_, block)]; }
 
     Vec3i blocks_;
     std::vector<uint32_t> entries_;

@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "simd/target.h"
+#include "tools/render/clearances.h"
 #include "tools/render/flights.h"
 
 namespace openfab::render {
@@ -15,7 +16,7 @@ inline namespace OPENFAB_SIMD_ISA {
 namespace {
 
 constexpr int32_t kLanes = Lanes::kCount;
-constexpr uint32_t kUniform = 0x80000000U;
+constexpr uint32_t kUniform = Clearances::kUniform;
 constexpr float kTiny = 1e-30F;  // of what is divided by
 
 /// What a round of all lanes has, beside their heads.
@@ -169,8 +170,8 @@ OPENFAB_INLINE int32_t clearance(const Medium& medium, int32_t block, int32_t in
     const uint32_t value =
         (entry & kUniform) != 0
             ? entry & ~kUniform
-            : medium.clearance_pool[size_t{entry} * 256 + place / 2] >> (place % 2 * 4) & 15;
-    return value < 4 ? static_cast<int32_t>(value) : 0;
+            : medium.clearance_pool[size_t{entry} * Clearances::kBlockBytes + place / 2] >> (place % 2 * 4) & 15;
+    return value < uint32_t{Clearances::kVoid} ? static_cast<int32_t>(value) : 0;
 }
 
 /// Weighs what scatters and what passes, and turns what scatters.
@@ -308,7 +309,7 @@ void fly(const Medium& medium, Lanes* lanes) {
             const auto place = static_cast<uint32_t>(places.in_block[i]);
             const uint8_t code = (entry & kUniform) != 0
                                      ? static_cast<uint8_t>(entry)
-                                     : medium.code_pool[size_t{entry} * 512 + place];
+                                     : medium.code_pool[size_t{entry} * Volume::kBlockVoxels + place];
             const LaneMaterial& material = materials[code];
             for (int32_t c = 0; c < 3; ++c) {
                 round.extinction[c][i] = material.extinction[c];

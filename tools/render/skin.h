@@ -22,13 +22,6 @@ struct Ray {
     bool inside = false;
 };
 
-/// Where a cell is in a grid of so many, x fastest.
-inline size_t index_in(const Vec3i& count, const Vec3i& at) {
-    return (static_cast<size_t>(at.z) * static_cast<size_t>(count.y) + static_cast<size_t>(at.y)) *
-               static_cast<size_t>(count.x) +
-           static_cast<size_t>(at.x);
-}
-
 /// Immutable; one for all threads.
 class Skin {
   public:

@@ -34,6 +34,10 @@ class Tracer {
     Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t macro_blocks = 1,
            int instruction_set = 2);
 
+    // Flights have its address.
+    Tracer(const Tracer&) = delete;
+    Tracer& operator=(const Tracer&) = delete;
+
     using Start = std::function<PathStart(int32_t path)>;
     /// Takes the light of a path, and whether it met the print.
     using Finish = std::function<void(int32_t path, const Rgb& light, bool met)>;

@@ -22,6 +22,13 @@
 
 namespace openfab::render {
 
+/// Where a cell is in a grid of so many, x fastest.
+inline size_t index_in(const Vec3i& count, const Vec3i& at) {
+    return (static_cast<size_t>(at.z) * static_cast<size_t>(count.y) + static_cast<size_t>(at.y)) *
+               static_cast<size_t>(count.x) +
+           static_cast<size_t>(at.x);
+}
+
 class Volume {
   public:
     static constexpr int32_t kSide = 8;
@@ -89,12 +96,7 @@ class Volume {
     friend class VolumeBuilder;
     static constexpr uint32_t kUniform = 0x80000000U;
 
-    size_t index_of(const Vec3i& block) const {
-        return (static_cast<size_t>(block.z) * static_cast<size_t>(blocks_.y) +
-                static_cast<size_t>(block.y)) *
-                   static_cast<size_t>(blocks_.x) +
-               static_cast<size_t>(block.x);
-    }
+    size_t index_of(const Vec3i& block) const { return index_in(blocks_, block); }
     size_t block_index(int32_t x, int32_t y, int32_t z) const {
         return index_of({x >> 3, y >> 3, z >> 3});
     }
