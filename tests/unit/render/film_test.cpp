@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
 #include <cstring>
 
 #include "tests/unit/render/render_fixture.h"
@@ -52,6 +54,33 @@ TEST_F(FilmTest, IsTheSameForAnyNumberOfThreads) {
     }
     options.seed = 10;
     EXPECT_NE(trace(tracer, options), one);
+}
+
+TEST_F(FilmTest, HasTheMeanOfEachPixelsOwnSamples) {
+    const Tracer tracer = this->tracer(kWhite, kRed, 1);
+    constexpr int32_t kSide = 18;  // more than a tile
+    constexpr int32_t kSamples = 7;
+    Film film({kSide, kSide, kSamples, 0, 2, 3});
+    film.trace(tracer, std::atomic<bool>(false), [](int32_t) { return true; });
+    for (const int32_t pixel : {0, 17, 160, 323}) {
+        std::array<render::Rgb, kSamples> lights{};
+        const auto start = [&](int32_t sample) {
+            render::Random random(3, static_cast<uint64_t>(pixel), static_cast<uint64_t>(sample));
+            const double x = (pixel % kSide + random.uniform()) / kSide;
+            const double y = (pixel / kSide + random.uniform()) / kSide;
+            return tracer.start_in_picture(x, y, random);
+        };
+        tracer.trace(kSamples, std::atomic<bool>(false), start,
+                     [&](int32_t sample, const render::Rgb& light, bool) {
+                         lights[static_cast<size_t>(sample)] = light;
+                     });
+        for (size_t c = 0; c < 3; ++c) {
+            double sum = 0;
+            for (const render::Rgb& light : lights)
+                sum += light[c];
+            EXPECT_DOUBLE_EQ(film.mean(pixel % kSide, pixel / kSide)[c], sum / kSamples) << pixel;
+        }
+    }
 }
 
 TEST_F(FilmTest, EndsWhereItIsTold) {
