@@ -170,9 +170,12 @@ Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder,
     if (!used) return used.error();
     Result<std::vector<Material>> materials = properties_.of(opened->materials, *used);
     if (!materials) return materials.error();
-    if (!told_)
+    if (!told_) {
         for (const std::string& one : unit_doubts(*materials))
             note(one);
+        for (const std::string& one : table_doubts(properties_))
+            note(one);
+    }
     told_ = true;
     const Mixture mixture(std::move(*materials), properties_);
     if (const std::string bad = mixture.complaint(); !bad.empty()) return user_error(bad);

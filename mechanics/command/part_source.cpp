@@ -151,6 +151,8 @@ Result<PartInput> PartSource::read(const Vec3& pitch_mm, const std::vector<std::
         for (std::string& one : unit_doubts(std::span(properties_.find(m.name), 1)))
             out.doubts.push_back(std::move(one));
     }
+    for (std::string& one : table_doubts(properties_))
+        out.doubts.push_back(std::move(one));
     const Mixture mixture(*materials, properties_);
     if (const std::string bad = mixture.complaint(); !bad.empty()) return user_error(bad);
     Result<Voxels> voxels = read_voxels(*file, mixture, keeps_shares_);

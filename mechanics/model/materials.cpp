@@ -147,6 +147,11 @@ Result<PropertyTable> read_property_table(const std::filesystem::path& file) {
             !(value->value.number > 0))
             return in.at(one, fmt::format(messages::kRowIncomplete, out.materials.size()));
         PropertyTable::Row row{{}, value->value.number};
+        if (const JsonMember* deviation = one.find("deviation")) {
+            if (!(deviation->value.number >= 0))
+                return in.at(deviation->value, messages::kDeviationNegative);
+            row.deviation = deviation->value.number;
+        }
         double sum = 0;
         for (const JsonValue& share : mixture->value.items) {
             row.mixture.push_back(share.number);

@@ -58,6 +58,7 @@ struct PropertyTable {
     struct Row {
         std::vector<double> mixture;
         double value = 0;
+        double deviation = 0;  ///< the standard deviation of its specimens; 0: unknown
     };
     std::vector<Row> rows;
 };

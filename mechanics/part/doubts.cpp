@@ -4,9 +4,20 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "mechanics/messages.h"
 
 namespace openfab::mechanics {
+
+std::vector<std::string> table_doubts(const Properties& properties) {
+    if (properties.law != Law::kTable || !properties.table) return {};
+    double most = 0;
+    for (const PropertyTable::Row& row : properties.table->rows)
+        most = std::max(most, row.deviation / row.value);
+    if (!(most > 0)) return {};
+    return {fmt::format(messages::kTableScatters, 100 * most)};
+}
 
 std::vector<std::string> unit_doubts(std::span<const Material> materials) {
     std::vector<std::string> out;

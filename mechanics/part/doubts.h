@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Numbers of materials that no solid has: mostly another unit.
+// Numbers of materials that no solid has, mostly another unit, and how sure measured ones are.
 
 #include <span>
 #include <string>
@@ -14,5 +14,8 @@ namespace openfab::mechanics {
 
 /// One text for each number that is beyond what is known of solids.
 std::vector<std::string> unit_doubts(std::span<const Material> materials);
+
+/// A text where the table that is used says how its specimens scatter.
+std::vector<std::string> table_doubts(const Properties& properties);
 
 }  // namespace openfab::mechanics

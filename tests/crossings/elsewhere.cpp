@@ -14,6 +14,7 @@ constexpr Elsewhere kElsewhere[] = {
     // Commands.
     {"new", "makes a folder, of no world"},
     {"coupon", "makes a folder, and prints its world: coupon_test prints it for every printer"},
+    {"specimens", "writes worlds of test pieces, and reads curves: specimens_test"},
     {"verify", "reads a print's file, whatever made it"},
     {"printers", "lists printers"},
     {"archive", "keeps what a print was made from: archive_test prints each kind of input again"},

@@ -393,6 +393,7 @@ void add_receive(CLI::App& app, Action* action) {
 void add_commands(CLI::App& app, Action* action) {
     add_new(app, action);
     add_coupon(app, action);
+    add_specimens(app, action);
     add_import(app, action);
     add_info(app, action);
     add_verify(app, action);

@@ -20,6 +20,8 @@ using Action = std::function<Result<void>()>;
 void add_commands(CLI::App& app, Action* action);
 /// Declares those for parts before they are printed.
 void add_part_commands(CLI::App& app, Action* action);
+/// Declares `specimens make` and `specimens read`.
+void add_specimens(CLI::App& app, Action* action);
 
 // Options of several commands.
 

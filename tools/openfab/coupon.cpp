@@ -7,7 +7,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -17,11 +16,11 @@
 
 #include "backends/formats/formats.h"
 #include "base/check.h"
-#include "base/input_file.h"
 #include "base/json_text.h"
 #include "base/say.h"
 #include "program/options.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/machine_materials.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/stock.h"
 #include "world/edit/world_edit.h"
@@ -35,42 +34,6 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMostMaterials = 6;  // RESINS of gallery/coupon/coupon.fl
 constexpr double kLargestVoxelMm = 0.25;
-constexpr int64_t kLargestProfile = 1 << 20;
-
-struct Look {
-    std::string_view word;  ///< in the name of a material
-    const char* key;
-    const char* preview;
-};
-/// Also the names of materials for profiles that list none.
-constexpr std::array<Look, 6> kLooks{{{"white", "#ffffff", "#f4f2ecff"},
-                                      {"black", "#000000", "#161616ff"},
-                                      {"cyan", "#00a0e0", "#0098dc90"},
-                                      {"magenta", "#e0007f", "#dc1478a0"},
-                                      {"yellow", "#ffe000", "#ffe60090"},
-                                      {"clear", "#c8e6f0", "#fafdff05"}}};
-
-/// Returns whether a material is called so; makers shorten the words.
-bool is_called(const std::string& name, std::string_view word) {
-    std::string small = name;
-    std::ranges::transform(small, small.begin(), [](char c) {
-        return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-    });
-    constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kShort{
-        {{"white", "-wt"}, {"black", "-bk"}, {"clear", "-cl"}}};
-    return small.find(word) != std::string::npos ||
-           std::ranges::any_of(kShort, [&](const auto& each) {
-               return each.first == word && small.find(each.second) != std::string::npos;
-           });
-}
-
-/// Puts the first material that is called so to `place`, and keeps the order of the others.
-void put_first(std::vector<std::string>* names, size_t place, std::string_view word) {
-    const auto begin = names->begin() + static_cast<std::ptrdiff_t>(std::min(place, names->size()));
-    const auto found = std::find_if(begin, names->end(),
-                                    [&](const std::string& name) { return is_called(name, word); });
-    if (found != names->end()) std::rotate(begin, found, found + 1);
-}
 
 /// Returns the materials, the plate's first, and says which are left out.
 Result<std::vector<std::string>> materials_of(const CouponArguments& arguments,
@@ -88,11 +51,10 @@ Result<std::vector<std::string>> materials_of(const CouponArguments& arguments,
     if (!names.empty()) return names;
     for (const world::Ink& ink : printer.inks)
         names.push_back(ink.name);
-    put_first(&names, 0, "white");
-    put_first(&names, 1, "black");
+    put_material_first(&names, 0, "white");
+    put_material_first(&names, 1, "black");
     if (names.empty()) {
-        for (const Look& look : kLooks)
-            names.emplace_back(look.word);
+        names = names_by_look();
         note(messages::kCouponNamesMaterials);
     } else if (names.size() > most) {
         note(fmt::format(
@@ -101,30 +63,6 @@ Result<std::vector<std::string>> materials_of(const CouponArguments& arguments,
     }
     names.resize(std::min(most, names.size()));
     return names;
-}
-
-/// Returns `materials` of the world.
-std::string materials_text(const std::vector<std::string>& names, const world::Printer& printer) {
-    std::array<bool, kLooks.size()> used{};
-    std::string out = "{";
-    for (size_t i = 0; i < names.size(); ++i) {
-        size_t look = 0;
-        while (look < kLooks.size() && (used[look] || !is_called(names[i], kLooks[look].word)))
-            ++look;
-        const std::string other = fmt::format("#{:02x}{:02x}60", 0x50 + 0x20 * i, 0xd0 - 0x18 * i);
-        const bool known = look < kLooks.size();
-        if (known) used[look] = true;
-        out += fmt::format(
-            R"({}
-        {}: {{"key": "{}", "preview": "{}")",
-            i == 0 ? "" : ",", json_string(names[i]), known ? kLooks[look].key : other,
-            known ? kLooks[look].preview : other + "ff");
-        const auto ink = std::ranges::find(printer.inks, names[i], &world::Ink::name);
-        if (ink != printer.inks.end() && ink->density_g_cm3 > 0)
-            out += fmt::format(R"(, "density_g_cm3": {})", ink->density_g_cm3);
-        out += "}";
-    }
-    return out + "\n    }";
 }
 
 /// What a print of the coupon is.
@@ -168,19 +106,6 @@ Result<Print> print_of(const CouponArguments& arguments, const world::Printer& p
             fmt::format(messages::kCouponTooCoarse, pitch.x, pitch.y, pitch.z, kLargestVoxelMm));
     }
     return print;
-}
-
-bool is_file(const std::string& printer) {
-    return printer.ends_with(".json");
-}
-
-/// A world names files of its own folder alone.
-Result<void> copy_profile(const fs::path& profile, const fs::path& folder) {
-    const Result<InputFile> file = InputFile::open(profile);
-    if (!file) return file.error();
-    const Result<std::string> text = file->read_all(kLargestProfile);
-    if (!text) return text.error();
-    return write_file(folder / profile.filename(), *text);
 }
 
 /// Returns the world's text.
@@ -228,7 +153,7 @@ Result<void> run_coupon(const CouponArguments& arguments) {
     fablet.replace(at, most.size(), fmt::format("const int RESINS = {};", names->size()));
     Result<void> written = write_file(folder / "coupon.fl", fablet);
     if (written) written = write_file(folder / "coupon.fab.json", *world);
-    if (written && is_file(arguments.printer)) written = copy_profile(arguments.printer, folder);
+    if (written) written = copy_profile(arguments.printer, folder);
     if (!written) return written;
     say(fmt::format("{}\n",
                     fmt::format(messages::kCouponMade, (folder / "coupon.fab.json").string(),

@@ -25,6 +25,7 @@ constexpr const char* kExamples =
   openfab import robot.obj -o robot            a world from a mesh with its pictures
   openfab new soft_toy                         a folder with a fablet and a world
   openfab coupon --printer j750 -o coupon      a plate to look at and to measure
+  openfab specimens make --printer j750 --material VeroClear -o bars
   openfab text Ada -o name.obj --size 8mm      a mesh of a name
   openfab info card.ofr                        size, materials, amounts
   openfab verify card.ofr                      check every slice

@@ -29,6 +29,8 @@ constexpr double kRounding = 1e-6;
 struct Row {
     std::array<float, kMostMaterials> mixture{};
     float value = 0;
+    double deviation = 0;  ///< of `count` specimens, as `openfab specimens read` writes it
+    int count = 0;         ///< 0: unknown
 };
 
 struct Table {
@@ -126,6 +128,16 @@ class Reader {
         Row row;
         row.value = static_cast<float>((*value)->number);
         if (!std::isfinite(row.value)) return wrong(**value, messages::kTableValueNotFinite);
+        if (item.find("deviation") != nullptr || item.find("count") != nullptr) {
+            const Result<const JsonValue*> deviation =
+                member(item, "deviation", Kind::kNumber, "a number");
+            if (!deviation) return deviation.error();
+            const Result<const JsonValue*> count = member(item, "count", Kind::kNumber, "a number");
+            if (!count) return count.error();
+            row.deviation = (*deviation)->number;
+            if (!(row.deviation >= 0)) return wrong(**deviation, messages::kDeviationNegative);
+            row.count = static_cast<int>(std::clamp((*count)->number, 0.0, 1e6));
+        }
         if ((*mixture)->items.size() != materials) {
             return wrong(**mixture, fmt::format(messages::kFractionCount, (*mixture)->items.size(),
                                                 materials));
@@ -146,6 +158,16 @@ class Reader {
     const JsonValue& root_;
     const std::string& file_;
 };
+
+/// Returns a comment on the scatter of the values, where the table says it.
+std::string scatter_comment(const std::vector<Row>& rows) {
+    std::string out;
+    for (const Row& row : rows) {
+        if (row.count == 0) return {};
+        out += fmt::format("{}{:.3g} of {}", out.empty() ? "" : ", ", row.deviation, row.count);
+    }
+    return comment("Standard deviations of the values, and of how many specimens: " + out + ".");
+}
 
 std::string list(const std::vector<std::string>& items, size_t in_line) {
     std::string out = "{";
@@ -181,7 +203,8 @@ Result<std::string> property_module(std::string_view text, const std::string& fi
            comment(fmt::format("The {} of mixtures of {}, in {}, {}.", table->property,
                                fmt::join(table->materials, ", "), table->unit,
                                table->measured ? "measured" : "nominal: not measured")) +
-           comment("Source: " + table->source) + "import property;\n\n" +
+           comment("Source: " + table->source) + scatter_comment(table->rows) +
+           "import property;\n\n" +
            fmt::format("const PropertyTable {} = {{\n    {},\n    {},\n    {}\n}};\n", name,
                        table->rows.size(), list(values, 16), list(mixtures, 4)) +
            fmt::format("const float {}_LOWEST = {}, {}_HIGHEST = {};\n", name, first, name, last);

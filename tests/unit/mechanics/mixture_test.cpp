@@ -146,5 +146,19 @@ TEST(MechanicsMaterials, AnotherUnitIsDoubted) {
     }
 }
 
+TEST(MechanicsMaterials, ScatterOfATableIsTold) {
+    Properties p;
+    p.law = Law::kTable;
+    p.table = PropertyTable{{"soft", "stiff"}, {{{1, 0}, 10, 0.5}, {{0, 1}, 2000, 20}}};
+    EXPECT_THAT(table_doubts(p),
+                ::testing::ElementsAre(testing::Says(messages::kTableScatters, "5")));
+    p.law = Law::kHsLower;
+    EXPECT_TRUE(table_doubts(p).empty());
+    p.law = Law::kTable;
+    for (PropertyTable::Row& row : p.table->rows)
+        row.deviation = 0;
+    EXPECT_TRUE(table_doubts(p).empty());
+}
+
 }  // namespace
 }  // namespace openfab::mechanics

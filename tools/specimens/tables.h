@@ -1,0 +1,31 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Measurements as data that `openfab property` and `openfab mechanics` read.
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "tools/specimens/measured.h"
+
+namespace openfab::specimens {
+
+struct DataFile {
+    std::string name, text;
+};
+
+struct Tables {
+    std::vector<DataFile> files;
+    std::vector<std::string> notes;  ///< what is left out, and why
+};
+
+/// Writes `modulus.json`, `strength.json` and `strain_at_break.json`, each where its means rise or fall from kind to kind
+/// as tables must; and of mixtures `mechanics.json`, where each material has been measured alone and has a Poisson's
+/// ratio in `poisson`. Rows carry their standard deviation and count.
+Result<Tables> tables(const List& list, const Measurements& measured, const std::string& source,
+                      const std::map<std::string, double>& poisson);
+
+}  // namespace openfab::specimens
