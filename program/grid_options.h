@@ -25,7 +25,9 @@ struct GridOptions {
     std::optional<Vec2<double>> z_range_mm;
     std::optional<Vec2<int32_t>> slices;
     std::optional<Vec2<int32_t>> part;  ///< x-th of y parts of the slices
-    bool crop_tray = false;             ///< the grid is the tray, not the box of the parts
+    bool any_pitch =
+        false;  ///< what a printer's profile does not know of its pitch is as for meshes
+    bool crop_tray = false;  ///< the grid is the tray, not the box of the parts
 };
 
 /// Returns whether any option sets a pitch.

@@ -86,19 +86,28 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
     return printer;
 }
 
-/// A profile lists what its maker does not publish: the user must say it.
-Result<void> check_known(const Vec3d& pitch_mm, const world::Printer& printer, world::Tray tray) {
-    const bool plane = pitch_mm.x > 0 && pitch_mm.y > 0;
-    if (!plane || !(pitch_mm.z > 0)) {
-        const char* remedy = plane            ? messages::kGiveLayer
-                             : pitch_mm.z > 0 ? messages::kGiveDpi
-                                              : messages::kGiveDpiAndLayer;
-        return user_error(fmt::format(messages::kPitchNotKnown,
-                                      plane            ? messages::kThicknessOfSlice
-                                      : pitch_mm.z > 0 ? messages::kResolutionAcross
-                                                       : messages::kResolutionAndThickness,
-                                      printer.name, plane || pitch_mm.z > 0 ? "is" : "are",
-                                      printer.name, remedy));
+/// A profile lists what its maker does not publish: the user must say it, but for a look.
+Result<void> check_known(const Options& options, const world::Printer& printer, world::Tray tray,
+                         Vec3d* pitch_mm, std::vector<std::string>* notes) {
+    const bool plane = pitch_mm->x > 0 && pitch_mm->y > 0;
+    const bool layer = pitch_mm->z > 0;
+    if (!plane || !layer) {
+        const char* what = plane   ? messages::kThicknessOfSlice
+                           : layer ? messages::kResolutionAcross
+                                   : messages::kResolutionAndThickness;
+        const char* verb = plane || layer ? "is" : "are";
+        if (!options.any_pitch) {
+            const char* remedy = plane   ? messages::kGiveLayer
+                                 : layer ? messages::kGiveDpi
+                                         : messages::kGiveDpiAndLayer;
+            return user_error(fmt::format(messages::kPitchNotKnown, what, printer.name, verb,
+                                          printer.name, remedy));
+        }
+        const double mm = kMeshPitchMm * options.draft;
+        if (!plane) pitch_mm->x = pitch_mm->y = mm;
+        if (!layer) pitch_mm->z = mm;
+        notes->push_back(fmt::format(messages::kPitchStandsIn, what, printer.name, verb,
+                                     pitch_mm->x, pitch_mm->y, pitch_mm->z));
     }
     if (tray != world::Tray::kAnywhere && !printer.knows_build_volume()) {
         return user_error(fmt::format(messages::kTrayNotKnown, printer.name));
@@ -264,7 +273,9 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets,
     job.input.support_code = *support;
     job.input.pitch_mm =
         print_pitch(options, job.printer.pitch_mm, has_mesh_pitch(options, job.printer, *format));
-    if (Result<void> known = check_known(job.input.pitch_mm, job.printer, job.tray); !known)
+    if (Result<void> known =
+            check_known(options, job.printer, job.tray, &job.input.pitch_mm, &job.notes);
+        !known)
         return known.error();
     auto effects = open_effects(options, job.printer, &job.input);
     if (!effects) return effects.error();

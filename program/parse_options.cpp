@@ -212,6 +212,7 @@ void declare_unlisted(CLI::App& app, Options& o, Raw& raw) {
     app.option_defaults()->group("");
     // Of those that are not listed, a check here could not tell the name.
     app.add_option("--groups-in-flight", raw.slabs_in_flight, "");
+    app.add_flag("--any-pitch", o.any_pitch, "");
     app.add_flag("--no-cull", raw.no_cull, "");
     app.add_option("--pitch", raw.pitch, "");
     app.add_option("--isa", raw.isa, "");

@@ -160,6 +160,17 @@ void note_trouble(const job::Record* record, program::Progress* progress) {
         progress->note(fmt::format(messages::kNoRecordOfPrint, record->trouble()));
 }
 
+/// A file that is asked for, and that only a print makes; the output says where the print would go.
+void note_unwritten(const Options& options, program::Progress* progress) {
+    std::vector<std::string> files;
+    for (const preview::PreviewSpec& picture : options.previews)
+        files.push_back(picture.file);
+    if (!options.fractions_file.empty()) files.push_back(options.fractions_file);
+    const char* why = options.dry_run ? "--dry-run" : "--estimate";
+    for (const std::string& file : files)
+        progress->note(fmt::format(messages::kNotWritten, why, file));
+}
+
 }  // namespace
 
 Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
@@ -214,6 +225,7 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
             make_estimate(std::move(ready->print), job.input, ready->options, options,
                           ready->format, job.printer, interrupt);
         if (!estimate) return estimate.error();
+        note_unwritten(options, &progress);
         show_estimate(*estimate, info);
         if (options.stats_file.empty()) return {};
         return write_estimate(options.stats_file, *estimate, info);

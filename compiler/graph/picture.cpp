@@ -52,6 +52,7 @@ std::string call_of(const Entry& entry) {
             return entry.name == "hash" ? "hash(floor(p / 2))" : entry.name + "(p / 4)";
     }
     if (entry.name == "fbm" || entry.name == "turbulence") return entry.name + "(p / 6, 4)";
+    if (entry.name == "curl") return "length(curl(p / 6))";
     const bool curve = entry.parameters.size() == 1 && entry.parameters[0].type == "floatN" &&
                        entry.result == "floatN" && !entry.name.starts_with("dd") &&
                        entry.name != "fwidth";

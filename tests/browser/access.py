@@ -48,7 +48,7 @@ FRAMES = """async (id) => {
 
 
 def look(browser, options, url, axe):
-    for scheme, size in (("light", (1440, 900)), ("dark", (1440, 900)), ("light", (900, 800)), ("dark", (400, 800))):
+    for scheme, size in (("light", (1440, 900)), ("dark", (1440, 900)), ("light", (900, 800)), ("dark", (900, 800)), ("light", (400, 800)), ("dark", (400, 800))):
         at = Page(browser, options, scheme=scheme, size=size)
         at.open(url)
         page = at.page

@@ -174,13 +174,13 @@ def group_and_insert(at):
     page.fill("#palette_search", "saturate")
     at.settle(600)
     # The wire into the second amount of `/`: a point of it that nothing covers.
-    place = page.evaluate("""() => {
+    place = page.wait_for_function("""() => {
         for (const wire of document.querySelectorAll("#graph_svg .wire path.hit"))
             for (let t = 0.2; t < 0.9; t += 0.1) {
                 const at = wire.getPointAtLength(t * wire.getTotalLength()).matrixTransform(wire.getScreenCTM());
                 if (document.elementFromPoint(at.x, at.y) === wire && wire.closest(".wire").classList.contains("number")) return [at.x, at.y];
             }
-    }""")
+    }""").json_value()
     box = page.locator("#graph_svg").bounding_box()
     page.locator("#palette_list button").first.drag_to(page.locator("#graph_svg"), target_position={"x": place[0] - box["x"], "y": place[1] - box["y"]})
     at.eventually("a function is dropped on a wire", lambda: "saturate(" in text(page) and text(page).count("saturate(") == before.count("saturate(") + 1)

@@ -10,7 +10,9 @@ With --update they are put into docs/."""
 
 import io
 import pathlib
+import re
 import shutil
+import subprocess
 import sys
 
 from PIL import Image
@@ -153,6 +155,24 @@ def graph(browser, options):
         at.close()
 
 
+def mechanics(browser, options):
+    """The hook of docs/mechanics.md under its load."""
+    folder = options.out / "pictures" / "hook"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    text = (ROOT / "docs/mechanics.md").read_text(encoding="utf-8")
+    for name in ("one.fl", "hook.fab.json"):
+        (folder / name).write_text(re.search(rf"`{re.escape(name)}`:\n\n```\w+\n(.*?)```", text, re.S)[1], encoding="utf-8")
+    subprocess.run([options.bin / "openfab", "mechanics", "part", "hook.fab.json", "--case", "carry", "--voxel", "0.5mm", "-o", "hook.ofr"], cwd=folder, check=True)
+    with Viewer(options, folder / "hook.ofr") as url:
+        at = Page(browser, options, size=(1100, 680))
+        at.page.add_init_script(PATIENT)
+        at.open(url, view="3")
+        at.settle(8000)
+        keep(options, "mechanics-view.png", shot(at.page))
+        at.close()
+
+
 def without_text(browser, options):
     newcomer.walk(browser, options)
     keep(options, "without_text.png", Image.open(options.out / "newcomer_part.png"))
@@ -161,6 +181,7 @@ def without_text(browser, options):
 def main(browser, options):
     viewer(browser, options)
     graph(browser, options)
+    mechanics(browser, options)
     without_text(browser, options)
 
 

@@ -14,6 +14,8 @@ const root = new URL("../..", import.meta.url).pathname;
 const kFolder = "/tmp/openfab.tmp-aB3dE9/dropped/";
 const kOption = /(^|[\s`(,=])--(?:[a-z][a-z]|z )|openfab (?!view`)[a-z]|scripts\/|openfab\.tmp-/;
 
+const kLeft = /[,;]\s*\(|[,;]$|\b[Ii]f that is wrong$/m;
+
 /** The rows of all catalogues: {file, name, text}. */
 function rows() {
     const found = [];
@@ -42,7 +44,11 @@ test("no message of any program brings an option, a command or a temporary folde
         for (const said of [text, `error: ${text}`, `a.fab.json:3:7: error: the mesh is not closed\n 3 |   "mesh": 1\n   |           ^\nhelp: ${text}\n`, of_file, `error: ${of_file}; ${text}`]) {
             const shown = pageWords(said);
             assert.ok(shown.trim(), `${file} ${name}`);
-            for (const line of shown.split("\n")) assert.doesNotMatch(line, kOption, `${file} ${name}`);
+            for (const line of shown.split("\n")) {
+                assert.doesNotMatch(line, kOption, `${file} ${name}`);
+                // Nor what is left of a clause that was about one.
+                if (!kLeft.test(said)) assert.doesNotMatch(line, kLeft, `${file} ${name}: ${line}`);
+            }
         }
     }
 });
@@ -60,6 +66,7 @@ test("of what reads worlds, meshes, pictures and prints on the page there is alw
 
 test("what is left is what was said", () => {
     assert.equal(pageWords("the image takes more memory than is allowed; allow more, as with `--memory 4GB`"), "the image takes more memory than is allowed");
+    assert.equal(pageWords("note: `a.obj` gives no unit: taken as millimetres, 2 x 2 x 2 mm. If that is wrong, import it with `--unit cm` (or m, um, in) or `--size 60mm`"), "note: `a.obj` gives no unit: taken as millimetres, 2 x 2 x 2 mm. If that is wrong, choose another at `read as`");
     assert.equal(pageWords("put it there, or allow it with `--allow ../x`"), "put it there");
     assert.equal(pageWords("it takes 3 GB of memory, more than the 1 GB of `--memory`; scale it down, or give it `--memory 3000MB`"), "it takes 3 GB of memory, more than the 1 GB that are allowed; scale it down");
     assert.equal(pageWords("error: --set ball.skin=9: above its max"), "error: ball.skin=9: above its max");

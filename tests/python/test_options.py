@@ -26,6 +26,7 @@ REASONS = {
     "slab_limit_seconds": "whoever waits for the print interrupts it",
     "no_cache": "OPENFAB_NO_CACHE says it",
     "resume": "an output of Python is there once it is complete",
+    "any_pitch": "a print says its pitch",
     "stats_file": "`Print.statistics` has them",
     "fractions_file": "slices have them, and `sample` gives them",
     "more_outputs": "files of a host that is a program",

@@ -68,6 +68,7 @@ constexpr ArchivedOption kOptions[] = {
     {"--check", kDropped},
     {"--check-picture", kDropped},
     {"--groups-in-flight", kDropped},
+    {"--any-pitch", kRefused},
     {"--no-cull", kDropped},
     {"--isa", kDropped},
     {"--probe", kDropped},

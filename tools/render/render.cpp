@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "client/child.h"
+#include "client/print_words.h"
 #include "program/interrupt.h"
 #include "program/output_check.h"
 #include "tools/render/messages.h"
@@ -51,6 +52,7 @@ Result<void> print_world(const RenderOptions& options, const fs::path& folder,
                                   fmt::format("{}B", options.memory_bytes),
                                   "--threads",
                                   std::to_string(options.film.threads),
+                                  "--any-pitch",
                                   "--progress",
                                   "plain"};
     for (const std::string& one : options.allow)
@@ -58,7 +60,12 @@ Result<void> print_world(const RenderOptions& options, const fs::path& folder,
     for (const std::string& one : options.settings)
         argv.insert(argv.end(), {"--set", one});
     if (!options.quiet) say(messages::kPrintingWorld);
-    return client::run(argv, folder / "print.out", folder / "print.err");
+    const fs::path err = folder / "print.err";
+    const Result<void> done = client::run(argv, folder / "print.out", err);
+    constexpr int64_t kMostSaid = 64 << 10;
+    if (done && !options.quiet)
+        say(client::words_of(client::end_of_file(err, kMostSaid), true).text);
+    return done;
 }
 
 Result<OpticsTable> read_optics(const std::string& file) {

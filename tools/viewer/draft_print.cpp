@@ -103,7 +103,8 @@ void DraftPrint::begin(const WorldReading& reading, const TriedText::Trial& tria
     print_.file = scratch_ / fmt::format("preview-{}.ofr", ++number_);
     for (const std::string& word :
          {"--output=" + print_.file.string(), std::string("--progress=json"),
-          fmt::format("--draft={}", draft), "--stats=" + statistics_file().string()})
+          std::string("--any-pitch"), fmt::format("--draft={}", draft),
+          "--stats=" + statistics_file().string()})
         argv.push_back(word);
     for (const std::string& word : client::memory_words())
         argv.push_back(word);

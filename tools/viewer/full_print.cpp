@@ -49,6 +49,7 @@ Result<void> FullPrint::begin(const fs::path& world, const std::vector<std::stri
                                   as_argument(world),
                                   "--output",
                                   as_argument(output),
+                                  "--any-pitch",
                                   "--progress",
                                   "json"};
     for (const std::string& word : client::memory_words())

@@ -24,6 +24,7 @@ namespace openfab::testing {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 bool has_printed_a_slice(int /*elapsed_ms*/, const Outcome& so_far) {
@@ -157,6 +158,21 @@ TEST_F(PrintProgram, EstimateAndDryRunWriteNothing) {
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
         EXPECT_THAT(outcome.err, HasSubstr("60 x 40 x 30 voxels"));
         EXPECT_FALSE(fs::exists(path("none.ofr")));
+    }
+}
+
+TEST_F(PrintProgram, WhatIsNotWrittenIsTold) {
+    for (const char* option : {"--estimate", "--dry-run"}) {
+        const Outcome outcome = print({"-o", path("none.ofr"), "--preview", path("p.png,view=top"),
+                                       "--fractions", path("f.npy"), option});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        for (const char* name : {"p.png", "f.npy"}) {
+            EXPECT_THAT(outcome.err,
+                        Says(program::messages::kNotWritten, option, path(name), option));
+            EXPECT_FALSE(fs::exists(path(name)));
+        }
+        EXPECT_THAT(print({"-o", path("none.ofr"), option}).err,
+                    Not(Says(program::messages::kNotWritten, option, "*", option)));
     }
 }
 

@@ -11,6 +11,7 @@
 
 #include "backends/ofr/messages.h"
 #include "backends/ofr/ofr_sink.h"
+#include "program/messages.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -113,6 +114,19 @@ TEST_F(Render, OfAWorldIsThatOfItsPrint) {
     EXPECT_THAT(wrong.err, HasSubstr("error: "));
     EXPECT_THAT(wrong.err, HasSubstr("`c`"));
     EXPECT_FALSE(fs::exists(path("x.png")));
+}
+
+TEST_F(Render, MakesAPictureForAPrinterWhosePitchIsNotKnown) {
+    scratch_.write("f.fl", R"(fablet F { @uniform { Material a, b; }
+        @Volume(@varying { VolumeAttributes attr })
+        { MaterialComposition mc; mc.Set(a, 1); return mc; } })");
+    scratch_.write("w.fab.json", SimpleWorld{"F", R"({"sphere": 4})", "j55"}.text());
+    const Outcome made = render({path("w.fab.json"), "-o", path("p.png"), "--draft", "4", "--size",
+                                 "32x24", "--samples", "2"});
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    // A slice of a J55 is 18.75 um thick; the rest is as for meshes, 0.1 mm.
+    EXPECT_THAT(made.err,
+                Says(program::messages::kPitchStandsIn, "*", "j55", "*", 0.4, 0.4, 0.075));
 }
 
 TEST_F(Render, WritesWhatThereIsWhenInterrupted) {

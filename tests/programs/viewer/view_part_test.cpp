@@ -8,7 +8,9 @@
 
 #include <filesystem>
 
+#include "program/messages.h"
 #include "tests/programs/viewer/view_fixtures.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -88,6 +90,27 @@ TEST_F(ViewPart, TheWorldIsChangedAndAllElseOfItStays) {
     scratch_.write("cube.fab.json", last + "\n");
     EXPECT_EQ(viewer.post("/api/unpart", "{}").status, 422);
     EXPECT_EQ(text(), last + "\n");
+}
+
+TEST_F(ViewPart, EveryPrinterOfTheListIsShown) {
+    // Makers of some publish no pitch.
+    const Viewer viewer({world(), "--watch", "--draft", "4"}, cache());
+    viewer.wait_for(is_done);
+    ASSERT_EQ(edit(viewer, R"([{"path": ["printer"], "value": "inkjet_kit"}])"), 200);
+    const JsonValue state = viewer.wait_for([](const JsonValue& s) {
+        return is_done(s) && !member(member(s, "live"), "message").text.empty();
+    });
+    EXPECT_THAT(member(member(state, "live"), "message").text,
+                Says(program::messages::kPitchStandsIn, "*", "inkjet_kit", "are", 0.4, 0.4, 0.4));
+    ASSERT_EQ(viewer.post("/api/print", "{}").status, 200);
+    const JsonValue whole = viewer.wait_for([](const JsonValue& s) {
+        const std::string phase = member(member(member(s, "live"), "full_print"), "phase").text;
+        return phase == "done" || phase == "failed";
+    });
+    const JsonValue& full = member(member(whole, "live"), "full_print");
+    EXPECT_EQ(member(full, "phase").text, "done");
+    EXPECT_THAT(member(full, "message").text,
+                Says(program::messages::kPitchStandsIn, "*", "inkjet_kit", "are", 0.1, 0.1, 0.1));
 }
 
 TEST_F(ViewPart, MaterialsComeAndGo) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <regex>
+#include <set>
 #include <sstream>
 
 #include "base/json.h"
@@ -110,6 +112,32 @@ TEST(Palette, FunctionsOfTheLibraryHavePictures) {
         [](const JsonValue& a, const JsonValue& b) { return a.number < b.number; });
     const double x = (static_cast<double>(largest - values.begin()) + 0.5) / 32 * 24 - 12;
     EXPECT_NEAR(std::sin(x / 3), 1, 0.02);
+}
+
+// The page's list of categories names what the picture of each is of.
+TEST(Palette, CategoriesHavePictures) {
+    const std::string words = read(testing::source_dir() / "tools/viewer/page/palette_words.js");
+    const server::Analysis nothing({}, "", {});
+    const std::vector<Entry> entries = entries_of(nothing);
+    const std::regex shows("shows: \"(\\w+)\"");
+    int found = 0;
+    for (std::sregex_iterator it(words.begin(), words.end(), shows), end; it != end; ++it) {
+        const std::string name = (*it)[1];
+        const auto entry = std::find_if(entries.begin(), entries.end(),
+                                        [&](const Entry& one) { return one.name == name; });
+        ASSERT_NE(entry, entries.end()) << name;
+        JsonText out;
+        ASSERT_TRUE(write_picture(entry->signature, entry->module, &out));
+        const Result<JsonValue> picture = parse_json(out.take(), "picture");
+        const JsonValue* values = member_of(*picture, "values");
+        ASSERT_NE(values, nullptr) << name;
+        std::set<double> tones;
+        for (const JsonValue& value : values->items)
+            tones.insert(value.number);
+        EXPECT_GT(tones.size(), 1U) << name;
+        ++found;
+    }
+    EXPECT_EQ(found, 13);
 }
 
 }  // namespace

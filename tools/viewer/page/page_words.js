@@ -10,6 +10,7 @@ const kMeans = [
     [/^((?:error|warning|note): )?--set (\S+): /, "$1$2: "],
     [/^((?:error|warning|note): )?`?--[a-z-]+(?: [^`:]*)?`?: /, "$1"],
     [/, the `--[a-z-]+`/g, ""],
+    [/(If that is wrong, )import it with `--unit cm` \(or m, um, in\) or `--size 60mm`/g, "$1choose another at `read as`"],
 ];
 /** Of a remedy that the page has not, nothing is left to say. */
 const kElsewhere = /^(?:or )?(?:allow more|raise it|if the file is sound|if you trust the file|a longer limit)\b[^;.]*$/;
@@ -40,7 +41,7 @@ function lineWords(line) {
     let dropped = false;
     const kept = clausesOf(text.slice(head?.length ?? 0)).filter((one) => {
         // What follows a clause that is left out, up to the next mark, is about it.
-        const command = kCommand.test(one) || kElsewhere.test(one.trim().replace(/[;,.]$/, "")) || (dropped && /^ ?(?:and|which|as|it|then|with|that)\b/.test(one.trimStart()));
+        const command = kCommand.test(one) || kElsewhere.test(one.trim().replace(/[;,.]$/, "")) || (dropped && /^ ?(?:\(|(?:and|which|as|it|then|with|that)\b)/.test(one.trimStart()));
         dropped = command && !/[;.]$/.test(one);
         return !command;
     });
