@@ -178,7 +178,7 @@ def group_and_insert(at):
         for (const wire of document.querySelectorAll("#graph_svg .wire path.hit"))
             for (let t = 0.2; t < 0.9; t += 0.1) {
                 const at = wire.getPointAtLength(t * wire.getTotalLength()).matrixTransform(wire.getScreenCTM());
-                if (document.elementFromPoint(at.x, at.y) === wire && wire.closest(".wire").classList.contains("number")) return [at.x, at.y];
+                if (document.elementFromPoint(at.x, at.y)?.closest(".wire") === wire.parentNode && wire.closest(".wire").classList.contains("number")) return [at.x, at.y];
             }
     }""").json_value()
     box = page.locator("#graph_svg").bounding_box()
