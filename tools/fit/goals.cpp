@@ -248,7 +248,7 @@ class GoalsReader {
                 const std::vector<double> at =
                     json_.numbers(box->value.items[k], messages::kCorner, 3, 1e6);
                 if (!json_.ok()) return 0;
-                (k == 0 ? corners.lo : corners.hi) = {at[0], at[1], at[2]};
+                (k == 0 ? corners.lo : corners.hi) = Vec3d{at[0], at[1], at[2]};
             }
             for (int axis = 0; axis < 3; ++axis) {
                 if (corners.lo[axis] < corners.hi[axis]) continue;
