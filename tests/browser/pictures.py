@@ -28,10 +28,13 @@ COLORS = 256  # of a palette: pages have few
 PATIENT = "const now = performance.now.bind(performance); performance.now = () => now() / 50;"
 
 
-def keep(options, name, picture):
-    """A picture as a palette, which is a third of the size."""
+def keep(options, name, picture, palette=True):
+    """A picture as a palette, which is a third of the size, but takes small patches of like colours as one."""
     file = options.out / name
-    picture.convert("RGB").quantize(COLORS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(file, optimize=True)
+    picture = picture.convert("RGB")
+    if palette:
+        picture = picture.quantize(COLORS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    picture.save(file, optimize=True)
     if UPDATE:
         shutil.copy(file, ROOT / "docs" / name)
     print(f"        {name}: {picture.width} x {picture.height}, {file.stat().st_size} bytes")
@@ -161,15 +164,16 @@ def mechanics(browser, options):
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     text = (ROOT / "docs/mechanics.md").read_text(encoding="utf-8")
-    for name in ("one.fl", "hook.fab.json"):
+    for name in ("mechanics.json", "one.fl", "hook.fab.json"):
         (folder / name).write_text(re.search(rf"`{re.escape(name)}`:\n\n```\w+\n(.*?)```", text, re.S)[1], encoding="utf-8")
     subprocess.run([options.bin / "openfab", "mechanics", "part", "hook.fab.json", "--case", "carry", "--voxel", "0.5mm", "-o", "hook.ofr"], cwd=folder, check=True)
     with Viewer(options, folder / "hook.ofr") as url:
         at = Page(browser, options, size=(1100, 680))
         at.page.add_init_script(PATIENT)
         at.open(url, view="3")
+        at.page.click("#details_button")  # the bands of values
         at.settle(8000)
-        keep(options, "mechanics-view.png", shot(at.page))
+        keep(options, "mechanics-view.png", shot(at.page), palette=False)
         at.close()
 
 

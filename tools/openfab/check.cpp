@@ -18,6 +18,7 @@
 #include "base/talking_program.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "program/messages.h"
 #include "program/output_check.h"
 #include "tools/openfab/check_findings.h"
 #include "tools/openfab/check_voxels.h"
@@ -136,8 +137,10 @@ class Checker {
                                 world::ByMaterial* to) -> Result<void> {
             if (text.empty()) return {};
             const Result<double> mm = parse_length_mm(text);
-            if (!mm || !(*mm >= 0))
-                return usage_error(fmt::format(messages::kNotALengthAs, option, text));
+            if (!mm)
+                return usage_error(
+                    fmt::format(program::messages::kOfOption, option, mm.error().text()));
+            if (!(*mm >= 0)) return usage_error(fmt::format(messages::kNotALengthAs, option, text));
             to->others = *mm;
             given = true;
             return {};

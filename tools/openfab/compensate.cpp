@@ -26,6 +26,7 @@
 #include "deformation/fit_field.h"
 #include "deformation/refine.h"
 #include "mesh/load/load_mesh.h"
+#include "program/messages.h"
 #include "tools/openfab/messages.h"
 
 namespace openfab::tools {
@@ -259,7 +260,10 @@ Result<void> run_compensate(const CompensateArguments& arguments) {
     double cell_mm = 0;
     if (!arguments.cell.empty()) {
         const Result<double> cell = parse_length_mm(arguments.cell);
-        if (!cell || !(*cell > 0))
+        if (!cell)
+            return usage_error(
+                fmt::format(program::messages::kOfOption, "--cell", cell.error().text()));
+        if (!(*cell > 0))
             return usage_error(fmt::format(messages::kCellNotALength, arguments.cell));
         cell_mm = *cell;
     }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "base/units.h"
+#include "program/messages.h"
 #include "tools/openfab/messages.h"
 #include "world/printer.h"
 
@@ -46,7 +47,9 @@ Result<MachineTray> machine_tray(const std::string& fit) {
 
 Result<double> length_option(const char* option, const std::string& text) {
     const Result<double> mm = parse_length_mm(text);
-    if (mm && *mm >= 0) return *mm;
+    if (!mm)
+        return usage_error(fmt::format(program::messages::kOfOption, option, mm.error().text()));
+    if (*mm >= 0) return *mm;
     return usage_error(fmt::format(messages::kGapNotALength, option, text));
 }
 

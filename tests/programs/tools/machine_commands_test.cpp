@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <map>
 
+#include "base/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -148,6 +149,24 @@ TEST_F(MachineCommands, ChecksFindHolesPostsAndPartsThatTouchAlongAnEdge) {
     // Two cubes that touch along an edge are joined by nothing.
     finds({"--wall", "0.2mm"}, "wall", "0.0*", "0.2");
     finds({"--island", "1.5mm3"}, "island", "1", "1.5");
+}
+
+TEST_F(MachineCommands, ALengthWithoutAUnitIsShownWithOne) {
+    write_world("post.fab.json", R"("post": {"box": [1, 1, 6]})",
+                R"("post": {"mesh": "post", "fablet": "plain"})", R"({"object": "post"})");
+    const std::string world = path("post.fab.json");
+    const std::pair<std::string, std::vector<std::string>> commands[] = {
+        {"--wall", {"check", world, "--wall", "0.3"}},
+        {"--gap", {"check", world, "--gap", "0.3"}},
+        {"--hole", {"check", world, "--hole", "0.3"}},
+        {"--gap", {"arrange", world, "-o", path("t.fab.json"), "--gap", "0.3"}},
+    };
+    for (const auto& [option, words] : commands) {
+        const Outcome told = openfab(words);
+        EXPECT_EQ(told.exit_code, 2) << told.err;
+        EXPECT_THAT(told.err, HasSubstr("`" + option + "`: "));
+        EXPECT_THAT(told.err, Says(messages::kNoUnit, "0.3", "0.3mm"));
+    }
 }
 
 TEST_F(MachineCommands, AChecksAdviceFitsTheMemory) {
