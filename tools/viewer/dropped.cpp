@@ -124,6 +124,16 @@ std::string free_entry(const JsonValue& world, std::string_view section, const s
 
 namespace {
 
+std::string why_no_mesh(const fs::path& file) {
+    const std::string name = file.filename().string();
+    const std::string extension = lower_ascii(file.extension().string());
+    if (extension == ".step" || extension == ".stp")
+        return fmt::format(messages::kStepIsDropped, name);
+    const std::string other = mesh::other_mesh_format(file);
+    return other.empty() ? fmt::format(messages::kNeitherMeshNorPicture, name)
+                         : fmt::format(messages::kOtherIsDropped, name, other);
+}
+
 /// A mesh that was repaired for an object alone, which has another one now, would be an error without its repair.
 Result<void> forget_repaired(const JsonValue& before, const std::string& object,
                              const std::string& entry, bool repair, world::WorldEdit* edit) {
@@ -165,8 +175,7 @@ Result<void> Dropped::add(const std::string& name, int64_t at, const std::string
 Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string& object,
                                         const fs::path& world, const std::string& text,
                                         bool repair) const {
-    if (!mesh::is_mesh_file(file.string()))
-        return user_error(fmt::format(messages::kNeitherMeshNorPicture, file.filename().string()));
+    if (!mesh::is_mesh_file(file.string())) return user_error(why_no_mesh(file));
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create(scratch_);
     if (!folder) return folder.error();
     const fs::path made = (*folder)->path() / "made";

@@ -11,6 +11,7 @@
 #include "program/messages.h"
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/says/says.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -168,7 +169,10 @@ TEST_F(ViewPart, WhatIsDroppedIsTold) {
     };
     const HttpAnswer notes = drop("notes.txt", "hello");
     EXPECT_EQ(notes.status, 422);
-    EXPECT_THAT(notes.body, HasSubstr("PNG"));
+    EXPECT_THAT(notes.body, Says(viewer::messages::kNeitherMeshNorPicture, "notes.txt"));
+    EXPECT_THAT(drop("a.STEP", "ISO-10303-21;\n").body,
+                Says(viewer::messages::kStepIsDropped, "a.STEP"));
+    EXPECT_THAT(drop("a.fbx", "x").body, Says(viewer::messages::kOtherIsDropped, "a.fbx", "FBX*"));
     const std::string open =
         "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 1 4 3\n";  // without its slope
     const HttpAnswer refused = drop("open.obj", open);
