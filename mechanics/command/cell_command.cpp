@@ -173,6 +173,8 @@ Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder,
     if (!told_) {
         for (const std::string& one : unit_doubts(*materials))
             note(one);
+        for (const std::string& one : condition_doubts(*materials, properties_))
+            note(one);
         for (const std::string& one : table_doubts(properties_))
             note(one);
     }
@@ -262,13 +264,8 @@ Result<void> run_cell(const CellOptions& o) {
     const Result<std::optional<Sweep>> sweep = parse_sweep(o.sweep);
     if (!sweep) return sweep.error();
     if (*sweep && o.converge) return usage_error(messages::kConvergeWithSweep);
-    const fs::path file = o.common.materials.empty() ? properties_beside(o.common.input)
-                                                     : fs::path(o.common.materials);
-    Result<Properties> properties = read_properties(file);
+    Result<Properties> properties = properties_of(o.common);
     if (!properties) return properties.error();
-    if (!o.common.law.empty()) properties->law = *law_of(o.common.law);
-    if (properties->law == Law::kTable && !properties->table)
-        return user_error(fmt::format(messages::kLawWithoutTable, file.string()));
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
     const fs::path scratch = (*folder)->path();

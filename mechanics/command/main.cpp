@@ -40,7 +40,7 @@ constexpr const char* kExamples =
 
 /// What is parsed later.
 struct Texts {
-    std::string voxel, memory;
+    std::string voxel, memory, temperature, rate;
 };
 
 Result<void> complete(const Texts& texts, CommonOptions* o) {
@@ -49,6 +49,9 @@ Result<void> complete(const Texts& texts, CommonOptions* o) {
         if (!mm) return usage_error(fmt::format(messages::kVoxelWrong, mm.error().text()));
         o->voxel_mm = *mm;
     }
+    const Result<Conditions> conditions = parse_conditions(texts.temperature, texts.rate);
+    if (!conditions) return conditions.error();
+    o->conditions = *conditions;
     const Result<int64_t> memory = parse_memory_option(texts.memory);
     if (!memory) return memory.error();
     o->memory_bytes = *memory;
@@ -64,6 +67,12 @@ void add_common(CLI::App* app, CommonOptions* o, Texts* texts) {
                     "a file of E, nu, strength and density (default: NAME.mechanics.json or "
                     "mechanics.json beside FILE)")
         ->type_name("FILE");
+    app->add_option("--temperature", texts->temperature,
+                    "at which moduli are, where the file has several, such as 23C")
+        ->type_name("T");
+    app->add_option("--rate", texts->rate,
+                    "likewise, such as 0.01/s, 1Hz, or the time in which the load is applied, 100s")
+        ->type_name("RATE");
     app->add_option("--voxel", texts->voxel,
                     "side of an element, as 1mm, or its three sides, as 42x85x27um")
         ->type_name("LENGTH");

@@ -16,6 +16,18 @@
 
 namespace openfab::mechanics {
 
+Result<Properties> properties_of(const CommonOptions& common) {
+    const std::filesystem::path file = common.materials.empty()
+                                           ? properties_beside(common.input)
+                                           : std::filesystem::path(common.materials);
+    Result<Properties> out = read_properties(file, common.conditions);
+    if (!out) return out.error();
+    if (!common.law.empty()) out->law = *law_of(common.law);
+    if (out->law == Law::kTable && !out->table)
+        return user_error(fmt::format(messages::kLawWithoutTable, file.string()));
+    return out;
+}
+
 Result<std::array<double, 3>> parse_sizes(const std::string& text) {
     std::vector<std::string> parts{""};
     for (const char c : text)

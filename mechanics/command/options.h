@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "mechanics/model/materials.h"
 #include "mechanics/model/print_world.h"
 #include "mechanics/model/voxels.h"
 #include "mechanics/solver/conjugate_gradients.h"
@@ -21,6 +22,7 @@ struct CommonOptions {
     std::string input;
     std::string materials;             ///< a file; empty: beside the input
     std::string law;                   ///< empty: the file's
+    Conditions conditions;             ///< at which moduli are
     std::array<double, 3> voxel_mm{};  ///< 0: chosen
     int supersample = 0;  ///< parts of an element along each axis; 0: the printer's voxels
     bool codes = false;
@@ -33,6 +35,9 @@ struct CommonOptions {
     bool quiet = false;
     std::filesystem::path programs;  ///< folder of `openfab`
 };
+
+/// Reads the file of materials that was given, or that lies beside the input.
+Result<Properties> properties_of(const CommonOptions& common);
 
 /// One length, or three, as 5mm, 5mmx5mmx3mm or 42x85x27um.
 Result<std::array<double, 3>> parse_sizes(const std::string& text);

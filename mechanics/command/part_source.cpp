@@ -21,12 +21,8 @@ constexpr int64_t kProgram = 40 << 20;
 }  // namespace
 
 Result<PartSource> PartSource::open(const CommonOptions& o, const fs::path& folder) {
-    const fs::path file = o.materials.empty() ? properties_beside(o.input) : fs::path(o.materials);
-    Result<Properties> properties = read_properties(file);
+    Result<Properties> properties = properties_of(o);
     if (!properties) return properties.error();
-    if (!o.law.empty()) properties->law = *law_of(o.law);
-    if (properties->law == Law::kTable && !properties->table)
-        return user_error(fmt::format(messages::kLawWithoutTable, file.string()));
     return PartSource(o, folder, std::move(*properties));
 }
 
@@ -148,8 +144,11 @@ Result<PartInput> PartSource::read(const Vec3& pitch_mm, const std::vector<std::
     if (!materials) return materials.error();
     for (const Material& m : *materials) {
         if (!m.used) continue;  // the file may not have it
-        for (std::string& one : unit_doubts(std::span(properties_.find(m.name), 1)))
-            out.doubts.push_back(std::move(one));
+        const std::span<const Material> one(properties_.find(m.name), 1);
+        for (std::string& doubt : unit_doubts(one))
+            out.doubts.push_back(std::move(doubt));
+        for (std::string& doubt : condition_doubts(one, properties_))
+            out.doubts.push_back(std::move(doubt));
     }
     for (std::string& one : table_doubts(properties_))
         out.doubts.push_back(std::move(one));

@@ -27,21 +27,41 @@ struct MaterialReader {
     }
 };
 
-Result<Material> read_material(const MaterialReader& in, const JsonMember& member) {
-    static constexpr const char* kKeys[] = {"E_MPa",
-                                            "nu",
-                                            "strength_MPa",
-                                            "density_g_cm3",
-                                            "conductivity_W_mK",
-                                            "conductivity_S_m",
-                                            "in_table",
-                                            "source"};
+/// Reads a modulus; that of a single number is at what the material says.
+Result<ConditionedNumber> modulus_of(const MaterialReader& in, const JsonMember& material,
+                                     const JsonValue& young, const Conditions& measured,
+                                     const Conditions& asked) {
+    const std::string name = fmt::format("`E_MPa` of `{}`", material.key);
+    Result<ConditionedNumber> out = number_at(young, name, asked, in.file);
+    if (!out || (!measured.temperature_C && !measured.rate_1_s)) return out;
+    if (out->is_conditioned || !measured.temperature_C || !measured.rate_1_s)
+        return in.at(material, fmt::format(messages::kBothConditions, material.key));
+    const bool other =
+        (asked.temperature_C && *asked.temperature_C != *measured.temperature_C) ||
+        (asked.rate_1_s && std::abs(std::log(*asked.rate_1_s / *measured.rate_1_s)) > 1e-3);
+    if (other)
+        return in.at(young,
+                     fmt::format(messages::kOtherConditions, name, *measured.temperature_C,
+                                 *measured.rate_1_s),
+                     messages::kOtherConditionsHelp);
+    out->is_conditioned = true;
+    return out;
+}
+
+Result<Material> read_material(const MaterialReader& in, const JsonMember& member,
+                               const Conditions& asked) {
+    static constexpr const char* kKeys[] = {
+        "E_MPa",        "T_C",           "rate_1_s",          "nu",
+        "strength_MPa", "density_g_cm3", "conductivity_W_mK", "conductivity_S_m",
+        "in_table",     "source"};
     if (!member.value.is(JsonValue::Kind::kObject))
         return in.at(member.value,
                      fmt::format(messages::kNotAnObject, member.key, member.value.kind_name()));
     Material m;
     m.name = member.key;
-    std::optional<double> young, poisson;
+    std::optional<double> poisson;
+    const JsonValue* young = nullptr;
+    Conditions measured;
     for (const JsonMember& one : member.value.members) {
         if (std::ranges::find(kKeys, one.key) == std::end(kKeys))
             return in.at(one, fmt::format(messages::kMaterialWithout, one.key),
@@ -50,6 +70,10 @@ Result<Material> read_material(const MaterialReader& in, const JsonMember& membe
             if (!one.value.is(JsonValue::Kind::kString))
                 return in.at(one.value, fmt::format(messages::kMustBeText, one.key));
             (one.key == "source" ? m.source : m.called) = one.value.text;
+            continue;
+        }
+        if (one.key == "E_MPa") {
+            young = &one.value;
             continue;
         }
         if (!one.value.is(JsonValue::Kind::kNumber) || !std::isfinite(one.value.number))
@@ -63,8 +87,12 @@ Result<Material> read_material(const MaterialReader& in, const JsonMember& membe
             poisson = v;
             continue;
         }
+        if (one.key == "T_C") {
+            measured.temperature_C = v;
+            continue;
+        }
         if (!(v > 0)) return in.at(one.value, fmt::format(messages::kNotAboveZero, one.key, v));
-        if (one.key == "E_MPa") young = v;
+        if (one.key == "rate_1_s") measured.rate_1_s = v;
         if (one.key == "strength_MPa") m.strength_MPa = v;
         if (one.key == "density_g_cm3") m.density_g_cm3 = v;
         if (one.key == "conductivity_W_mK") m.conductivity = v;
@@ -77,7 +105,10 @@ Result<Material> read_material(const MaterialReader& in, const JsonMember& membe
     if (!poisson)
         return in.at(member, fmt::format(messages::kNoPoisson, member.key),
                      messages::kNoPoissonHelp);
-    m.young_MPa = *young;
+    const Result<ConditionedNumber> number = modulus_of(in, member, *young, measured, asked);
+    if (!number) return number.error();
+    m.young_MPa = number->value;
+    m.conditioned = number->is_conditioned;
     m.poisson = *poisson;
     return m;
 }
@@ -124,7 +155,8 @@ Result<std::vector<Material>> Properties::of(const std::vector<std::string>& nam
     return out;
 }
 
-Result<PropertyTable> read_property_table(const std::filesystem::path& file) {
+Result<PropertyTable> read_property_table(const std::filesystem::path& file,
+                                          const Conditions& asked) {
     const MaterialReader in{file.string()};
     const Result<std::string> text = read_text_file(file, kMostMaterialBytes);
     if (!text) return text.error();
@@ -143,10 +175,11 @@ Result<PropertyTable> read_property_table(const std::filesystem::path& file) {
     for (const JsonValue& one : rows->value.items) {
         const JsonMember* mixture = one.find("mixture");
         const JsonMember* value = one.find("value");
-        if (!mixture || !value || mixture->value.items.size() != out.materials.size() ||
-            !(value->value.number > 0))
+        if (!mixture || !value || mixture->value.items.size() != out.materials.size())
             return in.at(one, fmt::format(messages::kRowIncomplete, out.materials.size()));
-        PropertyTable::Row row{{}, value->value.number};
+        const Result<ConditionedNumber> number = number_at(value->value, "`value`", asked, in.file);
+        if (!number) return number.error();
+        PropertyTable::Row row{{}, number->value};
         if (const JsonMember* deviation = one.find("deviation")) {
             if (!(deviation->value.number >= 0))
                 return in.at(deviation->value, messages::kDeviationNegative);
@@ -164,7 +197,7 @@ Result<PropertyTable> read_property_table(const std::filesystem::path& file) {
     return out;
 }
 
-Result<Properties> read_properties(const std::filesystem::path& file) {
+Result<Properties> read_properties(const std::filesystem::path& file, const Conditions& asked) {
     const MaterialReader in{file.string()};
     const Result<std::string> text = read_text_file(file, kMostMaterialBytes);
     if (!text) return Error{text.error().code, text.error().text(), messages::kNoMaterialsFile, {}};
@@ -173,10 +206,11 @@ Result<Properties> read_properties(const std::filesystem::path& file) {
     if (!json->is(JsonValue::Kind::kObject)) return in.at(*json, messages::kNoObject);
     Properties out;
     out.file = file.string();
+    out.asked = asked;
     for (const JsonMember& one : json->members) {
         if (one.key == "materials" && one.value.is(JsonValue::Kind::kObject)) {
             for (const JsonMember& member : one.value.members) {
-                Result<Material> m = read_material(in, member);
+                Result<Material> m = read_material(in, member, asked);
                 if (!m) return m.error();
                 out.materials.push_back(std::move(*m));
             }
@@ -187,7 +221,8 @@ Result<Properties> read_properties(const std::filesystem::path& file) {
                              fmt::format(messages::kChooseFrom, fmt::join(kLawNames, ", ")));
             out.law = *law;
         } else if (one.key == "table" && one.value.is(JsonValue::Kind::kString)) {
-            Result<PropertyTable> table = read_property_table(file.parent_path() / one.value.text);
+            Result<PropertyTable> table =
+                read_property_table(file.parent_path() / one.value.text, asked);
             if (!table) return table.error();
             out.table = std::move(*table);
             if (!json->find("law")) out.law = Law::kTable;

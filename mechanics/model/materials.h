@@ -9,6 +9,9 @@
 //                           "conductivity_S_m": 1e-12, "source": "who measured it"}, ...},
 //    "law": "hs-lower", "table": "modulus.json"}
 //
+// A modulus may be a list of rows at temperatures and rates (base/conditions.h); of a single one, "T_C" and "rate_1_s" say at
+// which it was measured.
+//
 // A table of other names, as those of a fablet's uniforms: "in_table": "soft" of a material says its name there.
 
 #include <filesystem>
@@ -17,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "base/conditions.h"
 #include "base/json.h"
 #include "base/result.h"
 
@@ -25,6 +29,7 @@ namespace openfab::mechanics {
 struct Material {
     std::string name;
     double young_MPa = 0;
+    bool conditioned = false;  ///< at a temperature and a rate that the file says
     double poisson = 0;
     std::optional<double> strength_MPa;  ///< von Mises stress at which it yields or breaks
     std::optional<double> density_g_cm3;
@@ -68,6 +73,7 @@ struct Properties {
     std::vector<Material> materials;
     Law law = Law::kHsLower;
     std::optional<PropertyTable> table;
+    Conditions asked;  ///< at which moduli are
 
     const Material* find(const std::string& name) const;
     /// Those of a print, in its order; an error names the first that is used and missing, and what the file
@@ -76,8 +82,9 @@ struct Properties {
                                      std::span<const uint8_t> used, bool stiff = true) const;
 };
 
-Result<Properties> read_properties(const std::filesystem::path& file);
-Result<PropertyTable> read_property_table(const std::filesystem::path& file);
+Result<Properties> read_properties(const std::filesystem::path& file, const Conditions& asked = {});
+Result<PropertyTable> read_property_table(const std::filesystem::path& file,
+                                          const Conditions& asked = {});
 /// The file that belongs to a world or fablet: NAME.mechanics.json, else mechanics.json beside it.
 std::filesystem::path properties_beside(const std::filesystem::path& input);
 

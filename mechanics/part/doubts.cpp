@@ -10,6 +10,23 @@
 
 namespace openfab::mechanics {
 
+std::vector<std::string> condition_doubts(std::span<const Material> materials,
+                                          const Properties& properties) {
+    if (properties.law == Law::kTable) return {};
+    const Conditions& asked = properties.asked;
+    constexpr double kSoftMPa = 50;  // rubbers; a rigid resin's modulus varies by tens of percent
+    std::vector<std::string> out;
+    for (const Material& m : materials) {
+        if (m.conditioned || !m.used || !(m.young_MPa > 0)) continue;
+        if (asked.temperature_C || asked.rate_1_s) {
+            out.push_back(fmt::format(messages::kUnconditioned, m.name));
+        } else if (m.young_MPa < kSoftMPa) {
+            out.push_back(fmt::format(messages::kSoftUnconditioned, m.name));
+        }
+    }
+    return out;
+}
+
 std::vector<std::string> table_doubts(const Properties& properties) {
     if (properties.law != Law::kTable || !properties.table) return {};
     double most = 0;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/conditions.h"
 #include "base/near_miss.h"
 #include "tools/fit/messages.h"
 #include "world/json_reader.h"
@@ -85,7 +86,17 @@ Result<Property> read_property(const std::filesystem::path& file, const world::W
             return error_at(json.location(item), messages::kTableRow, messages::kNoTableHelp);
         TableRow& row = read.emplace_back();
         row.mixture = json.numbers(mixture->value, "`mixture`", measure->materials.size(), 1);
-        row.value = json.number(value->value, "`value`", -1e30, 1e30);
+        if (value->value.is(JsonValue::Kind::kArray)) {
+            Result<ConditionedNumber> number =
+                number_at(value->value, "`value`", {}, file.string());
+            if (!number && value->value.items.size() > 1)
+                return error_at(json.location(value->value), messages::kOneCondition,
+                                messages::kOneConditionHelp);
+            if (!number) return number.error();
+            row.value = number->value;
+        } else {
+            row.value = json.number(value->value, "`value`", -1e30, 1e30);
+        }
         if (!json.ok()) return json.error();
     }
     const auto [lowest, highest] = std::ranges::minmax_element(read, {}, &TableRow::value);

@@ -302,12 +302,15 @@ void add_printers(CLI::App& app, Action* action) {
 void add_property(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "property", "make an OpenFL module from a table of mixtures with a measured property");
-    auto table = std::make_shared<std::string>(), output = std::make_shared<std::string>();
-    command->add_option("TABLE", *table, "a .json file, see docs/how-to/fields.md")->required();
-    command->add_option("-o,--output", *output, "the .fl file (default: standard output)");
-    command->callback([table, output, action] {
-        *action = [table, output] { return make_property_module(*table, *output); };
-    });
+    auto a = std::make_shared<PropertyArguments>();
+    command->add_option("TABLE", a->table, "a .json file, see docs/how-to/fields.md")->required();
+    command->add_option("-o,--output", a->output, "the .fl file (default: standard output)");
+    command->add_option("--temperature", a->temperature,
+                        "at which values are, where the table has several, such as 23C");
+    command->add_option(
+        "--rate", a->rate,
+        "likewise, such as 0.01/s, 1Hz, or the time in which the load is applied, 100s");
+    command->callback([a, action] { *action = [a] { return make_property_module(*a); }; });
 }
 
 void add_view(CLI::App& app, Action* action) {

@@ -100,9 +100,12 @@ Result<void> run_cache(const CacheArguments& arguments);
 std::vector<std::string> cache_kinds();
 /// `printers`: lists the printers that are known, or shows one, by name or file.
 Result<void> list_printers(const std::string& name, bool json);
+struct PropertyArguments {
+    std::string table, output, temperature, rate;
+};
 /// `property`: writes a table of mixtures as a module of OpenFL, to standard output where `output` is
 /// empty.
-Result<void> make_property_module(const std::string& table, const std::string& output);
+Result<void> make_property_module(const PropertyArguments& arguments);
 /// `coupon`: writes the coupon's world for a printer, and prints it; returns only on an error.
 Result<void> run_coupon(const CouponArguments& arguments);
 /// `receive`: takes one print that is streamed.

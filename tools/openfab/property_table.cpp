@@ -42,7 +42,8 @@ struct Table {
 
 class Reader {
   public:
-    Reader(const JsonValue& root, const std::string& file) : root_(root), file_(file) {}
+    Reader(const JsonValue& root, const std::string& file, const Conditions& asked)
+        : root_(root), file_(file), asked_(asked) {}
 
     Result<Table> read() {
         Table out;
@@ -120,14 +121,27 @@ class Reader {
         }
         return {};
     }
+    /// A number, or what was measured at temperatures and rates.
+    Result<double> value_of(const JsonValue& item) const {
+        const JsonMember* const value = item.find("value");
+        if (value == nullptr || !value->value.is(Kind::kArray)) {
+            const Result<const JsonValue*> number =
+                member(item, "value", Kind::kNumber, "a number");
+            if (!number) return number.error();
+            return (*number)->number;
+        }
+        const Result<ConditionedNumber> number = number_at(value->value, "`value`", asked_, file_);
+        if (!number) return number.error();
+        return number->value;
+    }
     Result<Row> read_row(const JsonValue& item, size_t materials) const {
         const Result<const JsonValue*> mixture = member(item, "mixture", Kind::kArray, "fractions");
         if (!mixture) return mixture.error();
-        const Result<const JsonValue*> value = member(item, "value", Kind::kNumber, "a number");
+        const Result<double> value = value_of(item);
         if (!value) return value.error();
         Row row;
-        row.value = static_cast<float>((*value)->number);
-        if (!std::isfinite(row.value)) return wrong(**value, messages::kTableValueNotFinite);
+        row.value = static_cast<float>(*value);
+        if (!std::isfinite(row.value)) return wrong(item, messages::kTableValueNotFinite);
         if (item.find("deviation") != nullptr || item.find("count") != nullptr) {
             const Result<const JsonValue*> deviation =
                 member(item, "deviation", Kind::kNumber, "a number");
@@ -157,6 +171,7 @@ class Reader {
 
     const JsonValue& root_;
     const std::string& file_;
+    const Conditions& asked_;
 };
 
 /// Returns a comment on the scatter of the values, where the table says it.
@@ -169,6 +184,14 @@ std::string scatter_comment(const std::vector<Row>& rows) {
     return comment("Standard deviations of the values, and of how many specimens: " + out + ".");
 }
 
+std::string conditions_comment(const Conditions& asked) {
+    std::string out;
+    if (asked.temperature_C) out = fmt::format("At {:g} C.", *asked.temperature_C);
+    if (asked.rate_1_s)
+        out += fmt::format("{}At a rate of {:.4g}/s.", out.empty() ? "" : " ", *asked.rate_1_s);
+    return out.empty() ? out : comment(out);
+}
+
 std::string list(const std::vector<std::string>& items, size_t in_line) {
     std::string out = "{";
     for (size_t i = 0; i < items.size(); ++i)
@@ -178,11 +201,12 @@ std::string list(const std::vector<std::string>& items, size_t in_line) {
 
 }  // namespace
 
-Result<std::string> property_module(std::string_view text, const std::string& file) {
+Result<std::string> property_module(std::string_view text, const std::string& file,
+                                    const Conditions& asked) {
     const Result<JsonValue> json = parse_json(text, file);
     if (!json) return json.error();
     if (json->is(Kind::kObject) && json->find("parameter")) return sweep_module(*json, file);
-    const Result<Table> table = Reader(*json, file).read();
+    const Result<Table> table = Reader(*json, file, asked).read();
     if (!table) return table.error();
     const std::filesystem::path path(file);
     const std::string name = constant_name(path.stem().string());
@@ -203,8 +227,8 @@ Result<std::string> property_module(std::string_view text, const std::string& fi
            comment(fmt::format("The {} of mixtures of {}, in {}, {}.", table->property,
                                fmt::join(table->materials, ", "), table->unit,
                                table->measured ? "measured" : "nominal: not measured")) +
-           comment("Source: " + table->source) + scatter_comment(table->rows) +
-           "import property;\n\n" +
+           conditions_comment(asked) + comment("Source: " + table->source) +
+           scatter_comment(table->rows) + "import property;\n\n" +
            fmt::format("const PropertyTable {} = {{\n    {},\n    {},\n    {}\n}};\n", name,
                        table->rows.size(), list(values, 16), list(mixtures, 4)) +
            fmt::format("const float {}_LOWEST = {}, {}_HIGHEST = {};\n", name, first, name, last);

@@ -74,6 +74,10 @@ void add_read(CLI::App* specimens, Action* action) {
         ->add_option("--source", a->source,
                      "who measured it, how, at which temperature and rate; goes into the tables")
         ->required();
+    command->add_option("--temperature", a->temperature,
+                        "at which it was measured, such as 23C; with --rate");
+    command->add_option("--rate", a->rate,
+                        "of loading, such as 0.01/s, or the time up to the strain of use, 100s");
     command
         ->add_option("--strain", a->strain,
                      "the column of strain or extension: its name, or its number from 1")

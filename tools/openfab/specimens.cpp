@@ -341,6 +341,12 @@ Result<void> read_specimens(const SpecimenReadArguments& arguments) {
         if (!(*length > 0)) return usage_error(messages::kSpecimenLength);
         options.curve.length_mm = *length;
     }
+    specimens::Origin origin{arguments.source, {}};
+    if (arguments.temperature.empty() != arguments.rate.empty())
+        return usage_error(messages::kTemperatureAndRate);
+    const Result<Conditions> conditions = parse_conditions(arguments.temperature, arguments.rate);
+    if (!conditions) return conditions.error();
+    origin.conditions = *conditions;
     const auto range = range_of(arguments.range);
     if (!range) return range.error();
     std::tie(options.curve.from, options.curve.to) = *range;
@@ -356,8 +362,7 @@ Result<void> read_specimens(const SpecimenReadArguments& arguments) {
     const Result<specimens::Measurements> measured =
         specimens::measure(*list, arguments.curves, options);
     if (!measured) return measured.error();
-    const Result<specimens::Tables> tables =
-        specimens::tables(*list, *measured, arguments.source, poisson);
+    const Result<specimens::Tables> tables = specimens::tables(*list, *measured, origin, poisson);
     if (!tables) return tables.error();
     if (!measured->missing.empty())
         note(fmt::format(messages::kSpecimensMissing, fmt::join(measured->missing, ", ")));

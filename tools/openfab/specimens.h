@@ -18,7 +18,8 @@ struct SpecimenTrayArguments {
 };
 
 struct SpecimenReadArguments {
-    std::string folder, curves, source, strain, stress, length, range = "0.0005:0.0025";
+    std::string folder, curves, source, temperature, rate, strain, stress, length,
+        range = "0.0005:0.0025";
     std::vector<std::string> poisson;
 };
 

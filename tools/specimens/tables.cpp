@@ -84,8 +84,19 @@ std::string material_of(const std::string& column) {
     return column.substr(std::min(column.size(), kShareOf.size()));
 }
 
+/// Writes a number as a list of one row where it is known at which temperature and rate it was measured.
+void write_conditioned(double value, const Conditions& conditions, JsonText* out) {
+    if (!conditions.temperature_C) {
+        out->value(value);
+        return;
+    }
+    out->begin_list().begin_object();
+    out->member("T_C", *conditions.temperature_C).member("rate_1_s", *conditions.rate_1_s);
+    out->member("value", value).end_object().end_array();
+}
+
 std::string table_text(const List& list, const std::vector<Row>& rows, const Property& property,
-                       const std::string& source) {
+                       const Origin& origin) {
     JsonText out(JsonText::Layout::kIndentedLists);
     out.begin_object();
     if (!list.mixtures) out.member("parameter", list.columns.front());
@@ -96,7 +107,7 @@ std::string table_text(const List& list, const std::vector<Row>& rows, const Pro
             out.value(material_of(column));
         out.end_array().member("measured", true);
     }
-    out.member("source", source).key("rows").begin_array();
+    out.member("source", origin.source).key("rows").begin_array();
     for (const Row& row : rows) {
         out.begin_object();
         if (list.mixtures) {
@@ -108,9 +119,14 @@ std::string table_text(const List& list, const std::vector<Row>& rows, const Pro
             out.member("at", row.at.front());
         }
         const Scatter& scatter = row.kind->*property.scatter;
-        out.member("value", scatter.mean)
-            .member("deviation", scatter.deviation)
-            .member("count", scatter.count);
+        out.key("value");
+        // Tables of a uniform take numbers alone.
+        if (list.mixtures) {
+            write_conditioned(scatter.mean, origin.conditions, &out);
+        } else {
+            out.value(scatter.mean);
+        }
+        out.member("deviation", scatter.deviation).member("count", scatter.count);
         out.end_object();
     }
     return out.end_array().end_object().take() + "\n";
@@ -124,7 +140,7 @@ const Row* pure(const std::vector<Row>& rows, size_t material) {
 }
 
 std::optional<std::string> mechanics_text(const List& list, const std::vector<Row>& rows,
-                                          const std::string& source,
+                                          const Origin& origin,
                                           const std::map<std::string, double>& poisson,
                                           bool has_table, std::vector<std::string>* notes) {
     JsonText out(JsonText::Layout::kIndented);
@@ -140,16 +156,14 @@ std::optional<std::string> mechanics_text(const List& list, const std::vector<Ro
                                             : fmt::format(messages::kNoPoisson, name));
             return std::nullopt;
         }
-        out.key(name)
-            .begin_object()
-            .member("E_MPa", row->kind->modulus_MPa.mean)
-            .member("nu", nu->second)
-            .member("strength_MPa", row->kind->strength_MPa.mean);
+        out.key(name).begin_object().key("E_MPa");
+        write_conditioned(row->kind->modulus_MPa.mean, origin.conditions, &out);
+        out.member("nu", nu->second).member("strength_MPa", row->kind->strength_MPa.mean);
         out.member(
             "source",
             fmt::format(
                 "{}; {} specimens, standard deviations {:.3g} MPa of E, {:.3g} MPa of strength",
-                source, row->kind->modulus_MPa.count, row->kind->modulus_MPa.deviation,
+                origin.source, row->kind->modulus_MPa.count, row->kind->modulus_MPa.deviation,
                 row->kind->strength_MPa.deviation));
         out.end_object();
     }
@@ -158,7 +172,7 @@ std::optional<std::string> mechanics_text(const List& list, const std::vector<Ro
 
 }  // namespace
 
-Result<Tables> tables(const List& list, const Measurements& measured, const std::string& source,
+Result<Tables> tables(const List& list, const Measurements& measured, const Origin& origin,
                       const std::map<std::string, double>& poisson) {
     Tables out;
     if (!list.mixtures && list.columns.size() != 1) {
@@ -183,12 +197,12 @@ Result<Tables> tables(const List& list, const Measurements& measured, const std:
         } else {
             has_modulus |= &property == &kProperties.front();
             out.files.push_back({fmt::format("{}.json", property.file),
-                                 table_text(list, in_order, property, source)});
+                                 table_text(list, in_order, property, origin)});
         }
     }
     if (list.mixtures) {
         if (std::optional<std::string> text =
-                mechanics_text(list, *rows, source, poisson, has_modulus, &out.notes))
+                mechanics_text(list, *rows, origin, poisson, has_modulus, &out.notes))
             out.files.push_back({"mechanics.json", std::move(*text)});
     }
     return out;

@@ -296,6 +296,15 @@ TEST_F(Specimens, CurvesBecomeTables) {
     EXPECT_EQ(module.exit_code, 0) << module.err;
     EXPECT_THAT(module.out, HasSubstr("MODULUS_LOWEST = 11, MODULUS_HIGHEST = 2050"));
     EXPECT_THAT(read_file(path("bars") + "/mechanics.json"), HasSubstr("\"law\": \"table\""));
+    EXPECT_EQ(read("bars", {"--temperature", "23C"}).exit_code, 2);
+    ASSERT_EQ(read("bars", {"--temperature", "23C", "--rate", "0.01/s"}).exit_code, 0);
+    const Outcome same = openfab({"property", path("bars") + "/modulus.json"});
+    EXPECT_EQ(same.out, module.out);
+    EXPECT_EQ(
+        openfab({"property", path("bars") + "/modulus.json", "--temperature", "37C"}).exit_code, 1);
+    const Outcome there = openfab(
+        {"property", path("bars") + "/modulus.json", "--temperature", "23C", "--rate", "100s"});
+    EXPECT_THAT(there.out, HasSubstr("At 23 C. At a rate of 0.01/s."));
 }
 
 TEST_F(Specimens, WrongRequestsAreRefused) {

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 
@@ -158,6 +160,90 @@ TEST(MechanicsMaterials, ScatterOfATableIsTold) {
     for (PropertyTable::Row& row : p.table->rows)
         row.deviation = 0;
     EXPECT_TRUE(table_doubts(p).empty());
+}
+
+// Moduli of a resin at 20 and 30 C and at 0.01 and 1 /s: powers of the rate, and of two in between.
+class MechanicsConditions : public ::testing::Test {
+  protected:
+    MechanicsConditions() {
+        file_ = std::filesystem::path(::testing::TempDir()) / "conditions.mechanics.json";
+    }
+    ~MechanicsConditions() override { std::filesystem::remove(file_); }
+    Result<Properties> read(const std::string& modulus, const Conditions& asked) const {
+        std::ofstream(file_) << "{\"materials\": {\"soft\": {\"nu\": 0.48, " << modulus << "}}}";
+        return read_properties(file_, asked);
+    }
+    double at(const Conditions& asked) const {
+        const Result<Properties> out = read(
+            R"("E_MPa": [{"T_C": 20, "rate_1_s": 0.01, "value": 2}, {"T_C": 20, "rate_1_s": 1, "value": 8},
+                              {"T_C": 30, "rate_1_s": 1, "value": 4}, {"T_C": 30, "rate_1_s": 0.01, "value": 1}])",
+            asked);
+        EXPECT_TRUE(out) << out.error().text();
+        return out ? out->materials[0].young_MPa : 0;
+    }
+    std::filesystem::path file_;
+};
+
+TEST_F(MechanicsConditions, LogarithmsAreLinear) {
+    EXPECT_DOUBLE_EQ(at({20, 0.01}), 2);
+    EXPECT_DOUBLE_EQ(at({30, 1}), 4);
+    EXPECT_NEAR(at({20, 0.1}), 4, 1e-12);
+    EXPECT_NEAR(at({25, 0.1}), std::sqrt(8.0), 1e-12);
+    EXPECT_NEAR(at({22.5, 1}), 8 / std::pow(2, 0.25), 1e-12);
+}
+
+TEST_F(MechanicsConditions, NothingIsExtrapolatedOrGuessed) {
+    const std::string two =
+        R"("E_MPa": [{"T_C": 20, "rate_1_s": 1, "value": 8}, {"T_C": 30, "rate_1_s": 2, "value": 4}])";
+    const std::string one = R"("E_MPa": 8, "T_C": 20, "rate_1_s": 1)";
+    const auto refused = [&](const std::string& modulus, const Conditions& asked) {
+        const Result<Properties> out = read(modulus, asked);
+        return out ? std::string() : out.error().text();
+    };
+    EXPECT_THAT(refused(two, {}), ::testing::HasSubstr("--temperature 23C"));
+    EXPECT_THAT(refused(two, {20, {}}), ::testing::HasSubstr("--rate 0.01/s"));
+    EXPECT_THAT(refused(two, {20, 2}), ::testing::HasSubstr("not extrapolated"));
+    EXPECT_THAT(refused(two, {31, 2}), ::testing::HasSubstr("from 20 to 30 C"));
+    EXPECT_EQ(refused(two, {20, 1}), "");
+    EXPECT_EQ(refused(one, {}), "");
+    EXPECT_EQ(refused(one, {20, 1}), "");
+    EXPECT_THAT(refused(one, {23, 1}), ::testing::HasSubstr(messages::kOtherConditionsHelp));
+    EXPECT_THAT(refused(R"("E_MPa": 8, "T_C": 20)", {}),
+                testing::Says(messages::kBothConditions, "soft"));
+    EXPECT_THAT(refused(R"("E_MPa": [{"T_C": 20, "value": 8}])", {}),
+                ::testing::HasSubstr("three numbers"));
+    EXPECT_THAT(refused(R"("E_MPa": [])", {}), ::testing::HasSubstr("rows"));
+    EXPECT_THAT(refused(R"("E_MPa": "8")", {}),
+                ::testing::HasSubstr("must be a number, or a list"));
+    EXPECT_THAT(
+        refused(
+            R"("E_MPa": [{"T_C": 2, "rate_1_s": 1, "value": 8}, {"T_C": 2, "rate_1_s": 1, "value": 4}])",
+            {}),
+        ::testing::HasSubstr("there twice"));
+}
+
+TEST_F(MechanicsConditions, OneNumberIsDoubted) {
+    const auto doubts = [&](const std::string& modulus, const Conditions& asked) {
+        const Result<Properties> out = read(modulus, asked);
+        return condition_doubts(out->materials, *out);
+    };
+    EXPECT_THAT(doubts("\"E_MPa\": 2", {}),
+                ::testing::ElementsAre(testing::Says(messages::kSoftUnconditioned, "soft")));
+    EXPECT_THAT(doubts("\"E_MPa\": 2000", {}), ::testing::IsEmpty());
+    EXPECT_THAT(doubts("\"E_MPa\": 2000", {23, {}}),
+                ::testing::ElementsAre(testing::Says(messages::kUnconditioned, "soft")));
+    EXPECT_THAT(doubts(R"("E_MPa": 2, "T_C": 20, "rate_1_s": 1)", {}), ::testing::IsEmpty());
+}
+
+TEST(Conditions, TextsHaveUnits) {
+    EXPECT_DOUBLE_EQ(*parse_temperature("-5.5C"), -5.5);
+    EXPECT_DOUBLE_EQ(*parse_rate("0.01/s"), 0.01);
+    EXPECT_DOUBLE_EQ(*parse_rate("100s"), 0.01);
+    EXPECT_NEAR(*parse_rate("1Hz"), 6.283185307, 1e-9);
+    for (const char* text : {"23", "C", "-300C", "23F", ""})
+        EXPECT_FALSE(parse_temperature(text)) << text;
+    for (const char* text : {"1", "0/s", "-1/s", "0s", "fast", ""})
+        EXPECT_FALSE(parse_rate(text)) << text;
 }
 
 }  // namespace
