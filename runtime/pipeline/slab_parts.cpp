@@ -7,11 +7,11 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstring>
 #include <map>
 #include <utility>
 
+#include "base/count_bits.h"
 #include "base/stage_timer.h"
 
 namespace openfab::pipeline {
@@ -212,12 +212,7 @@ abi::KernelStatus SlabParts::evaluate_part(const ActivePart& active, uint8_t sli
             scratch->claims.end_block(b, {8 * b, 8 * band.row, 8 * slab_}, &scratch->overlaps);
         if (any != 0 && !active.filled.empty()) any = fill_connectors(active, scratch, &block);
         if (any == 0) continue;
-        int64_t own = 0;
-        for (size_t y = 0; y < 64; y += 8) {
-            uint64_t columns;
-            std::memcpy(&columns, &block.owned[y], 8);
-            own += std::popcount(columns);
-        }
+        const int64_t own = count_bits(block.owned);
         voxels.own += own;
         if (setup_.solid_code != 0) {
             for (dither::RowBand* to : {&band, mixtures})

@@ -9,12 +9,13 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <bit>
 #include <deque>
 #include <memory>
 #include <utility>
 
+#include "base/at.h"
 #include "base/check.h"
+#include "base/count_bits.h"
 #include "base/stage_timer.h"
 #include "runtime/pipeline/fraction_rows.h"
 #include "runtime/pipeline/slab.h"
@@ -25,10 +26,10 @@ namespace {
 
 /// Returns how many voxels of those slices have no material of their own.
 int64_t count_mixed(const dither::RowBand& band, uint8_t slices) {
-    if (!band.any_mixed) return 0;
     int64_t count = 0;
-    for (const uint8_t column : band.mixed)
-        count += std::popcount(static_cast<uint8_t>(column & slices));
+    for (int32_t block = band.first_block; band.any_mixed && block < band.end_block; ++block)
+        for (int32_t y = 0; at(band.mixed_blocks, block) != 0 && y < 8; ++y)
+            count += count_bits({band.mixed_row(y) + 8 * block, 8}, slices);
     return count;
 }
 

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "base/check.h"
+#include "base/count_bits.h"
 #include "base/grow.h"
 #include "base/stage_timer.h"
 
@@ -302,28 +303,32 @@ void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int
 }
 
 int64_t BlockEvaluator::count_empty(const PlacedPart& part, int32_t n) const {
-    int64_t empty = 0;
+    int64_t count = 0;
     for (size_t block = 0; block < static_cast<size_t>(n); ++block) {
+        const uint8_t* owned = &owned_[64 * block];
+        alignas(8) std::array<uint8_t, 64> empty{};
         for (size_t i = first_column_[block]; i < first_column_[block + 1]; ++i) {
             uint64_t codes;
             std::memcpy(&codes, &codes_[8 * i], 8);
-            constexpr uint64_t kLow = 0x0101010101010101u;
-            if (((codes - kLow) & ~codes & 0x80 * kLow) == 0) continue;  // no byte is 0
-            const auto at = static_cast<size_t>(columns_[i]);
-            uint8_t left = owned_[at];
-            if (culls_) left &= static_cast<uint8_t>(~culled_[block].known[at % 64]);
-            for (uint32_t z = 0; z < 8; ++z)
-                empty += codes_[8 * i + z] == 0 ? left >> z & 1 : 0;
+            constexpr uint64_t kLow = 0x0101010101010101u, kSeven = 0x7f * kLow;
+            const uint64_t zero = ~(((codes & kSeven) + kSeven) | codes | kSeven);
+            if (zero == 0) continue;
+            const size_t at = static_cast<size_t>(columns_[i]) % 64;
+            const auto known = static_cast<uint8_t>(culls_ ? culled_[block].known[at] : 0);
+            // The bit of byte z, as bit z.
+            empty[at] = static_cast<uint8_t>((zero >> 7) * 0x0102040810204080u >> 56) & owned[at] &
+                        static_cast<uint8_t>(~known);
         }
         for (uint32_t left = culls_ ? culled_[block].pieces : 0; left != 0; left &= left - 1) {
             const auto p = static_cast<size_t>(std::countr_zero(left));
             if (culled_[block].code[p] != 0) continue;
             for_each_column(part.engine().pieces(), p, [&](size_t column, uint8_t bits) {
-                empty += std::popcount(static_cast<uint8_t>(bits & owned_[64 * block + column]));
+                empty[column] |= bits & owned[column];
             });
         }
+        count += count_bits(empty);
     }
-    return empty;
+    return count;
 }
 
 void BlockEvaluator::count_unusable(int32_t n, PartVoxels* voxels) const {
