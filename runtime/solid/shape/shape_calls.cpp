@@ -59,8 +59,6 @@ abi::KernelStatus ShapeCalls::bounds(const ShapePoints& lo, const ShapePoints& h
 
 abi::KernelStatus ShapeCalls::cheap_signs(const ShapePoints& points, std::vector<float>* out) {
     constexpr float kOpen = std::numeric_limits<float>::quiet_NaN();
-    out->assign(points.size(), kOpen);
-    if (!bodies_.any_quick()) return {};
     std::vector<float> hi;
     quick_ = true;
     const abi::KernelStatus status = bounds(points, points, out, &hi);
@@ -73,6 +71,7 @@ abi::KernelStatus ShapeCalls::cheap_signs(const ShapePoints& points, std::vector
 }
 
 abi::KernelStatus ShapeCalls::signs(const ShapePoints& points, std::vector<float>* out) {
+    if (!any_cheap_signs()) return values(points, out);
     abi::KernelStatus status = cheap_signs(points, out);
     ShapePoints open;
     for (size_t i = 0; i < points.size(); ++i) {

@@ -46,7 +46,9 @@ class ShapeCalls final : public StageCalls {
     abi::KernelStatus values(const ShapePoints& points, std::vector<float>* out);
     /// Computes numbers of the values' signs, NaN where they are: values, or bounds where these tell and are cheaper.
     abi::KernelStatus signs(const ShapePoints& points, std::vector<float>* out);
-    /// Computes bounds of the values, of their signs, where these tell and are cheaper; elsewhere NaN.
+    /// Whether bounds are cheaper than values.
+    bool any_cheap_signs() const { return bodies_.any_quick(); }
+    /// Computes bounds of the values, of their signs, where these tell; elsewhere NaN.
     abi::KernelStatus cheap_signs(const ShapePoints& points, std::vector<float>* out);
     /// Computes bounds of the values of all points of boxes; NaN, both, where nothing is known.
     abi::KernelStatus bounds(const ShapePoints& lo, const ShapePoints& hi,

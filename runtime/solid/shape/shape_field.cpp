@@ -221,22 +221,26 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
     std::vector<float> values, value_lo, value_hi;
     // Looks at the points, and returns whether that was possible. Those at which bounds tell may be enough.
     const auto evaluate = [&] {
-        abi::KernelStatus status = calls->cheap_signs(points, &values);
-        close_border(around, points, &values);
+        abi::KernelStatus status;
         ShapePoints open;
-        for (size_t i = 0; i < points.size(); ++i) {
-            if (std::isnan(values[i])) {
-                open.push_back(points.point(i));
-            } else {
-                (values[i] < 0 ? inside : outside) = true;
+        if (calls->any_cheap_signs()) {
+            status = calls->cheap_signs(points, &values);
+            close_border(around, points, &values);
+            for (size_t i = 0; i < points.size(); ++i) {
+                if (std::isnan(values[i])) {
+                    open.push_back(points.point(i));
+                } else {
+                    (values[i] < 0 ? inside : outside) = true;
+                }
             }
         }
-        if (status.ok() && !(inside && outside) && open.size() > 0) {
-            status = calls->values(open, &values);
-            close_border(around, open, &values);
-            for (size_t i = 0; i < open.size(); ++i) {
+        const ShapePoints& rest = calls->any_cheap_signs() ? open : points;
+        if (status.ok() && !(inside && outside) && rest.size() > 0) {
+            status = calls->values(rest, &values);
+            close_border(around, rest, &values);
+            for (size_t i = 0; i < rest.size(); ++i) {
                 (values[i] < 0 ? inside : outside) = true;
-                if (std::isnan(values[i])) note_nan(open.point(i));
+                if (std::isnan(values[i])) note_nan(rest.point(i));
             }
         }
         if (!status.ok()) note(status);
