@@ -34,6 +34,7 @@ class SetUp {
     Vec3 middle_of(size_t element) const;
     void note_gaps();
     Result<void> check_walls();
+    void note_tip(std::span<const Face> faces, const std::string& choice);
     Result<void> hold(const FaceChooser& chooser);
     Result<void> sort_held();
     Result<void> leave_out_loose();
@@ -117,12 +118,22 @@ Result<void> SetUp::check_walls() {
     return {};
 }
 
+void SetUp::note_tip(std::span<const Face> faces, const std::string& choice) {
+    double area = 1;
+    for (size_t a = 0; a < 3; ++a)
+        area *= a == faces[0].direction / 2 ? 1 : p_.grid.pitch_mm[a];
+    p_.notes.push_back(
+        fmt::format(messages::kHeldByTip, choice, area * static_cast<double>(faces.size())));
+}
+
 Result<void> SetUp::hold(const FaceChooser& chooser) {
     piece_held_.assign(pieces_.all.size(), 0);
     for (size_t h = 0; h < case_.held.size(); ++h) {
         const Holding& holding = case_.held[h];
         const Result<std::vector<Face>> faces = chooser.choose(holding.faces);
         if (!faces) return before(faces.error(), messages::kNothingHeldHere);
+        if (std::ranges::count(holding.along, true) == 3 && is_tip(p_.grid, surface_, *faces))
+            note_tip(*faces, holding.faces.text);
         for (const Face& f : *faces) {
             const int32_t piece = pieces_.of[static_cast<size_t>(f.element)];
             piece_held_[static_cast<size_t>(piece)] = 1;

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "base/at.h"
 #include "mechanics/messages.h"
 
 namespace openfab::mechanics {
@@ -73,6 +75,48 @@ std::vector<Face> surface_of(const Grid& g, std::span<const uint8_t> kind) {
         }
     }
     return out;
+}
+
+bool is_tip(const Grid& g, std::span<const Face> surface, std::span<const Face> chosen) {
+    if (chosen.empty()) return false;
+    const uint8_t direction = chosen[0].direction;
+    if (std::ranges::any_of(chosen, [&](const Face& f) { return f.direction != direction; }))
+        return false;
+    const size_t axis = direction / 2;
+    std::vector<uint8_t> open(static_cast<size_t>(g.element_count()));
+    for (const Face& f : surface)
+        if (f.direction == direction) at(open, f.element) = 1;
+    std::vector<int64_t> step;
+    for (const Face& f : chosen) {
+        at(open, f.element) = 0;
+        step.push_back(f.element);
+    }
+    // Adds the open faces beside one, so much deeper.
+    const auto add_beside = [&](int64_t element, int32_t deeper, std::vector<int64_t>* to) {
+        std::array<int32_t, 3> p = place_of(g, element);
+        p[axis] += direction % 2 == 1 ? -deeper : deeper;
+        if (p[axis] < 0 || p[axis] >= g.elements[axis]) return;
+        for (const size_t aside : {(axis + 1) % 3, (axis + 2) % 3})
+            for (const int32_t by : {-1, 1}) {
+                std::array<int32_t, 3> q = p;
+                q[aside] += by;
+                if (q[aside] < 0 || q[aside] >= g.elements[aside]) continue;
+                const size_t e = g.element(q[0], q[1], q[2]);
+                if (std::exchange(open[e], uint8_t{0})) to->push_back(static_cast<int64_t>(e));
+            }
+    };
+    for (int k = 0; k < 2; ++k) {
+        std::vector<int64_t> next;
+        for (const int64_t e : step)
+            add_beside(e, 1, &next);
+        for (size_t i = 0; i < next.size(); ++i)
+            add_beside(next[i], 0, &next);
+        constexpr double kMuch = 0.4;
+        if (static_cast<double>(next.size()) < kMuch * static_cast<double>(chosen.size()))
+            return false;
+        step = std::move(next);
+    }
+    return true;
 }
 
 std::array<int64_t, 4> nodes_of(const Grid& g, const Face& face) {

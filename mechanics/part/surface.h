@@ -37,6 +37,10 @@ std::array<int32_t, 3> place_of(const Grid& grid, int64_t element);
 /// The four nodes of a face, numbered [z][y][x].
 std::array<int64_t, 4> nodes_of(const Grid& grid, const Face& face);
 
+/// Returns whether chosen faces, which all look the same way, are the tip of what is round or pointed: the next two steps of
+/// its staircase have about as many as they, or more. How large such a tip is depends on the pitch.
+bool is_tip(const Grid& grid, std::span<const Face> surface, std::span<const Face> chosen);
+
 /// A face with its area that has material, mm2.
 struct LoadedFace {
     Face face;

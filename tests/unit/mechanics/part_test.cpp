@@ -3,6 +3,7 @@
 
 // Loaded parts against closed forms.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -224,6 +225,60 @@ TEST(MechanicsPart, WhatDoesNotHoldIsSaid) {
     const std::string thin =
         error(box_of({8, 4, 4}, 1, 0, foam), R"({"held": [{"side": "-x"}], )" + push + "}");
     EXPECT_THAT(thin, testing::Says(messages::kThinWalls));
+}
+
+// The tip of a rod with a round end is as large as elements are; flat ends, bosses and blunt feet are what they are.
+TEST(MechanicsPart, WhatIsHeldByATipIsTold) {
+    const auto notes = [](std::array<int32_t, 3> size,
+                          const std::function<bool(const Vec3&)>& inside, const char* held) {
+        const std::string text = fmt::format(
+            R"({{"held": [{}], "loads": [{{"side": "+x", "force_N": [1, 0, 0]}}]}})", held);
+        PartOptions options;
+        options.thin = true;
+        Result<PartProblem> p = set_up_part(
+            box_of(size, 1, 0.3,
+                   [&](const Vec3& at) { return std::pair(inside(at) ? 1.0 : 0.0, 1e3); }),
+            parsed(text), {}, options);
+        EXPECT_TRUE(p) << p.error().text();
+        std::erase_if(p->notes, [](const std::string& note) {
+            return !testing::says(note, messages::kHeldByTip);
+        });
+        return p->notes.size();
+    };
+    for (const int32_t r : {3, 4, 8, 16}) {
+        const auto rod = [r](double begin) {
+            return [r, begin](const Vec3& p) {
+                const double along = std::min(0.0, p[0] - begin);
+                return std::hypot(along, p[1] - r, p[2] - r) < r;
+            };
+        };
+        const std::array<int32_t, 3> size{6 * r, 2 * r, 2 * r};
+        EXPECT_EQ(notes(size, rod(r), R"({"side": "-x"})"), 1) << r;
+        EXPECT_EQ(notes(size, rod(-1), R"({"side": "-x"})"), 0) << r;
+        // Across its section, and along an axis alone.
+        EXPECT_EQ(notes(size, rod(r),
+                        fmt::format(R"({{"box_mm": [[-1, -1, -1], [{}, 99, 99]]}})", r).c_str()),
+                  0);
+        EXPECT_EQ(notes(size, rod(r), R"({"side": "-x", "along": "x"}, {"side": "+x"})"), 0) << r;
+    }
+    const auto square = [](const Vec3& p, double half) {
+        return std::max(std::abs(p[1] - 20), std::abs(p[2] - 20)) < half;
+    };
+    const std::array<int32_t, 3> size{20, 40, 40};
+    // A point, a boss on a plate of one element and of three, and a foot with its edges off.
+    EXPECT_EQ(notes(
+                  size, [&](const Vec3& p) { return square(p, 1 + p[0]); }, R"({"side": "-x"})"),
+              1);
+    for (const int high : {1, 3})
+        EXPECT_EQ(notes(
+                      size, [&](const Vec3& p) { return p[0] > high || square(p, 4); },
+                      R"({"side": "-x"})"),
+                  0)
+            << high;
+    EXPECT_EQ(notes(
+                  size, [&](const Vec3& p) { return square(p, 17 + std::min(2.0, p[0])); },
+                  R"({"side": "-x"})"),
+              0);
 }
 
 TEST(MechanicsPart, ALoadThatDoesNothingIsTold) {
