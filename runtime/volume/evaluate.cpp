@@ -303,21 +303,21 @@ void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int
 }
 
 int64_t BlockEvaluator::count_empty(const PlacedPart& part, int32_t n) const {
+    constexpr std::array<uint8_t, 64> none{};
     int64_t count = 0;
     for (size_t block = 0; block < static_cast<size_t>(n); ++block) {
         const uint8_t* owned = &owned_[64 * block];
         alignas(8) std::array<uint8_t, 64> empty{};
+        const uint8_t* known = culls_ ? culled_[block].known.data() : none.data();
         for (size_t i = first_column_[block]; i < first_column_[block + 1]; ++i) {
             uint64_t codes;
             std::memcpy(&codes, &codes_[8 * i], 8);
             constexpr uint64_t kLow = 0x0101010101010101u, kSeven = 0x7f * kLow;
             const uint64_t zero = ~(((codes & kSeven) + kSeven) | codes | kSeven);
-            if (zero == 0) continue;
             const size_t at = static_cast<size_t>(columns_[i]) % 64;
-            const auto known = static_cast<uint8_t>(culls_ ? culled_[block].known[at] : 0);
             // The bit of byte z, as bit z.
             empty[at] = static_cast<uint8_t>((zero >> 7) * 0x0102040810204080u >> 56) & owned[at] &
-                        static_cast<uint8_t>(~known);
+                        static_cast<uint8_t>(~known[at]);
         }
         for (uint32_t left = culls_ ? culled_[block].pieces : 0; left != 0; left &= left - 1) {
             const auto p = static_cast<size_t>(std::countr_zero(left));
