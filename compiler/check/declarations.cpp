@@ -74,10 +74,10 @@ std::string label_of(const ast::Variable& item) {
 
 /// Returns the one of `choices` that has this name or label, or null.
 const Choice* find_choice(const std::vector<Choice>& choices, std::string_view name) {
-    const auto found = std::find_if(choices.begin(), choices.end(), [&](const Choice& one) {
+    const auto choice = std::find_if(choices.begin(), choices.end(), [&](const Choice& one) {
         return one.name == name || one.label == name;
     });
-    return found == choices.end() ? nullptr : &*found;
+    return choice == choices.end() ? nullptr : &*choice;
 }
 
 enum class Visit : uint8_t { kOpen, kDone };

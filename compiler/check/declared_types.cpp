@@ -18,8 +18,8 @@ Type DeclaredTypes::declared_type(const ast::TypeRef& ref) {
         names_.record_use(ref.span, *symbol);
         return symbol->type;
     }
-    const Type found = find_type(ref.text);
-    if (!found.is_error()) return found;
+    const Type type = find_type(ref.text);
+    if (!type.is_error()) return type;
     diag::Diagnostic& d = sink_->report(ref.span, diag::kUnknownType, ref.text);
     if (const std::string help = foreign_type_help(ref.text); !help.empty()) {
         d.help(help);

@@ -10,8 +10,8 @@ namespace openfab::check {
 
 const Symbol* Names::find(std::string_view name) const {
     for (auto scope = scopes_.rbegin(); scope != scopes_.rend(); ++scope) {
-        const auto found = scope->find(name);
-        if (found != scope->end()) return found->second;
+        const auto entry = scope->find(name);
+        if (entry != scope->end()) return entry->second;
     }
     return nullptr;
 }

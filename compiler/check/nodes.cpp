@@ -104,7 +104,7 @@ const Expr* side_effect(const Expr& expr) {
             break;
     }
     for (const ExprPtr& arg : expr.args) {
-        if (const Expr* found = side_effect(*arg)) return found;
+        if (const Expr* effect = side_effect(*arg)) return effect;
     }
     return nullptr;
 }

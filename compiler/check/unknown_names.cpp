@@ -100,16 +100,16 @@ bool UnknownNames::help_with_library(std::string_view name, diag::Diagnostic* d)
 
 /// Adds the help for a function that the library has under another name; returns whether there is one.
 bool UnknownNames::help_with_library_name(const ast::Expr& callee, diag::Diagnostic* d) const {
-    const LibraryName found = library_name(callee.text);
+    const LibraryName library = library_name(callee.text);
     const std::string module =
-        module_of_ && !found.name.empty() ? module_of_(found.name) : std::string();
+        module_of_ && !library.name.empty() ? module_of_(library.name) : std::string();
     if (module.empty()) return false;
     d->help(fmt::format("the library's is `{}`: write `import {};` at the top of the file",
-                        found.form, module));
-    if (!found.same_arguments) return true;
-    d->replace(callee.span, std::string(found.name));
+                        library.form, module));
+    if (!library.same_arguments) return true;
+    d->replace(callee.span, std::string(library.name));
     const bool imported = std::any_of(names_.imported().begin(), names_.imported().end(),
-                                      [&](const Function* f) { return f->name == found.name; });
+                                      [&](const Function* f) { return f->name == library.name; });
     if (!imported) d->insert_before(file_begin_, fmt::format("import {};\n", module));
     return true;
 }
@@ -276,9 +276,9 @@ ExprPtr UnknownNames::name(const ast::Expr& expr, const Type& value) {
 
 /// Adds that a uniform is declared in a fablet, and seen there alone; returns whether one of this name is.
 bool UnknownNames::help_with_uniform(std::string_view name, diag::Diagnostic* d) const {
-    const auto found = uniforms_.find(name);
-    if (place_.fablet != nullptr || found == uniforms_.end()) return false;
-    d->note(found->second, fmt::format("the uniform `{}` is declared here", name))
+    const auto uniform = uniforms_.find(name);
+    if (place_.fablet != nullptr || uniform == uniforms_.end()) return false;
+    d->note(uniform->second, fmt::format("the uniform `{}` is declared here", name))
         .help(
             "functions of the fablet see its uniforms: move this one into the fablet, or give it "
             "the value as a parameter");

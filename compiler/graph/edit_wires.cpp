@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/at.h"
 #include "compiler/graph/editor.h"
 
 namespace openfab::graph {
@@ -75,7 +76,7 @@ Result<void> Editor::move_before(const std::set<uint32_t>& needed, int from, int
     std::set<int> moved;
     // From the last to the first: what a moved statement reads is needed, too.
     for (int i = from; i >= statement; --i) {
-        const Statement& one = all[static_cast<size_t>(i)];
+        const Statement& one = at(all, i);
         const bool gives =
             std::any_of(one.writes.begin(), one.writes.end(),
                         [&](uint32_t variable) { return wanted.contains(variable); });
@@ -91,7 +92,7 @@ Result<void> Editor::move_before(const std::set<uint32_t>& needed, int from, int
     }
     for (int i = statement; i <= from; ++i) {
         if (moved.contains(i)) continue;
-        for (const uint32_t variable : all[static_cast<size_t>(i)].writes) {
+        for (const uint32_t variable : at(all, i).writes) {
             if (!wanted.contains(variable)) continue;
             return user_error("a value that this needs changes on the way down to it",
                               "give what it was a name of its own first");
@@ -99,7 +100,7 @@ Result<void> Editor::move_before(const std::set<uint32_t>& needed, int from, int
     }
     const uint32_t to = all[static_cast<size_t>(statement)].lead;
     for (const int i : moved) {
-        const Statement& one = all[static_cast<size_t>(i)];
+        const Statement& one = at(all, i);
         const std::string text = rewrite_.text({server::Analysis::kDocument, one.lead, one.tail});
         rewrite_.remove_line(one.lead, one.tail);
         rewrite_.insert(to, text + "\n");

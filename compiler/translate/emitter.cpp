@@ -102,8 +102,8 @@ void Emitter::count_as_step(size_t from) {
 ValueId Emitter::add(ir::Instr instr) {
     if (const std::optional<ValueId> other = simplified(instr)) return *other;
     Key key{instr.op, instr.type, instr.bits, instr.kind, instr.a, instr.b, instr.args};
-    const auto found = known_.find(key);
-    if (found != known_.end()) return found->second;
+    const auto known = known_.find(key);
+    if (known != known_.end()) return known->second;
     const ValueId id = append(std::move(instr));
     known_.emplace(std::move(key), id);
     return id;

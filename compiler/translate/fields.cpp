@@ -46,16 +46,16 @@ class Field {
                 const ir::Instr instr = emit_.instr(id);
                 std::vector<ValueId> changes;
                 for (const ValueId arg : instr.args) {
-                    const auto found = known.find(arg);
-                    changes.push_back(found == known.end() ? kNoValue : found->second);
+                    const auto change = known.find(arg);
+                    changes.push_back(change == known.end() ? kNoValue : change->second);
                 }
                 check(id, changes);
                 known[id] =
                     functions::differentiate(id, instr, changes, functions::AtZero::kZero, &emit_);
             }
-            const auto found = known.find(of);
-            const bool none = found == known.end() || found->second == kNoValue;
-            out.push_back(none ? emit_.constant(0.0f) : found->second);
+            const auto change = known.find(of);
+            const bool none = change == known.end() || change->second == kNoValue;
+            out.push_back(none ? emit_.constant(0.0f) : change->second);
         }
         return out;
     }
@@ -64,26 +64,26 @@ class Field {
     Value at(const Value& values, const Value& p) {
         find_dependent();
         const std::vector<bool> needed = cone(values, [](const ir::Instr& i) { return i.args; });
-        std::map<ValueId, ValueId> made;
+        std::map<ValueId, ValueId> copies;
         for (size_t axis = 0; axis < axes(); ++axis)
-            made[seeds_[axis]] = p[axis];
+            copies[seeds_[axis]] = p[axis];
         const auto end = static_cast<ValueId>(emit_.size());
         for (ValueId id = first_; id < end; ++id) {
-            if (!needed[id - first_] || !depends(id) || made.contains(id)) continue;
+            if (!needed[id - first_] || !depends(id) || copies.contains(id)) continue;
             ir::Instr instr = emit_.instr(id);
             const bool of_loop = instr.op == Op::kLoopResult;
             if (of_loop) fault = id;
             if (fault != kNoValue) return Value(values.size(), emit_.constant(0.0f));
             for (ValueId& arg : instr.args) {
-                const auto found = made.find(arg);
-                if (found != made.end()) arg = found->second;
+                const auto copy = copies.find(arg);
+                if (copy != copies.end()) arg = copy->second;
             }
-            made[id] = emit_.again(std::move(instr));
+            copies[id] = emit_.again(std::move(instr));
         }
         Value out;
         for (const ValueId value : values) {
-            const auto found = made.find(value);
-            out.push_back(found == made.end() ? value : found->second);
+            const auto copy = copies.find(value);
+            out.push_back(copy == copies.end() ? value : copy->second);
         }
         return out;
     }

@@ -178,8 +178,8 @@ class Analysis {
 
     /// Returns the value of a condition that the facts decide.
     std::optional<bool> truth(ValueId condition) const {
-        const auto found = facts_.find(condition);
-        if (found != facts_.end()) return found->second;
+        const auto fact = facts_.find(condition);
+        if (fact != facts_.end()) return fact->second;
         const Instr& instr = at(condition);
         if (instr.op == Op::kNot) {
             const std::optional<bool> inner = truth(instr.args[0]);

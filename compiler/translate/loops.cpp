@@ -231,9 +231,10 @@ std::set<VariableId> Loops::guess_changed(const check::Stmt& stmt) const {
     assigned.visit(stmt);
     std::set<VariableId> out;
     for (const check::Symbol* symbol : assigned.symbols) {
-        const auto found = paths_.frame.variables.find(symbol);
-        if (found != paths_.frame.variables.end() && found->second < paths_.variables.size()) {
-            out.insert(found->second);
+        const auto variable = paths_.frame.variables.find(symbol);
+        if (variable != paths_.frame.variables.end() &&
+            variable->second < paths_.variables.size()) {
+            out.insert(variable->second);
         }
     }
     if (assigned.returns) out.insert({paths_.frame.result, paths_.frame.returned});
@@ -251,13 +252,13 @@ void Loops::run_loop(const check::Stmt& stmt) {
     std::set<VariableId> changed = guess_changed(stmt);
     const Attempt start = attempt();
     for (;;) {
-        RealLoop made = make_loop(stmt, guard, changed);
+        RealLoop loop = make_loop(stmt, guard, changed);
         bool complete = true;
-        for (const auto& item : made.changes) {
+        for (const auto& item : loop.changes) {
             if (changed.insert(item.first).second) complete = false;
         }
         if (budget_.gave_up) return rollback_code(start);
-        if (complete) return finish_loop(stmt, made, guard, certain);
+        if (complete) return finish_loop(stmt, loop, guard, certain);
         rollback(start);
     }
 }
@@ -266,9 +267,9 @@ void Loops::run_loop(const check::Stmt& stmt) {
 void Loops::push_start_test(const check::Stmt& stmt) {
     const check::Symbol* counter = steady_counter(stmt);
     if (counter == nullptr) return;
-    const auto found = paths_.frame.variables.find(counter);
-    if (found == paths_.frame.variables.end()) return;
-    const ValueId now = paths_.variables[found->second].value[0];
+    const auto variable = paths_.frame.variables.find(counter);
+    if (variable == paths_.frame.variables.end()) return;
+    const ValueId now = paths_.variables[variable->second].value[0];
     if (emit_.instr(now).op != ir::Op::kLoopVar) return;
     const ir::Op side = stmt.step->op == ir::Op::kAdd ? ir::Op::kGe : ir::Op::kLe;
     tests_.push_back(emit_.binary(side, now, emit_.instr(now).args[1]));
@@ -278,30 +279,30 @@ void Loops::push_start_test(const check::Stmt& stmt) {
 /// variables.
 Loops::RealLoop Loops::make_loop(const check::Stmt& stmt, ValueId guard,
                                  const std::set<VariableId>& changed) {
-    RealLoop made;
+    RealLoop loop;
     // Before the loop, which starts with its variables.
     for (const VariableId id : changed) {
-        Value& assigned = made.assigned_before[id];
+        Value& assigned = loop.assigned_before[id];
         for (const ValueId before : paths_.variables[id].assigned)
             assigned.push_back(facts_.assigned_by_a_trip(before, kEarlierTrip));
     }
     const ValueId zero = emit_.constant(ir::Type::kInt, 0);
-    made.loop = emit_.loop(guard);
+    loop.id = emit_.loop(guard);
     paths_.open.push_back({{}, paths_.variables.size(), paths_.live});
     paths_.outer_live.push_back(guard);
     paths_.live = emit_.constant(true);
     for (const VariableId id : changed) {
         Variable v = paths_.variables[id];
         for (ValueId& value : v.value) {
-            value = emit_.loop_var(made.loop, static_cast<int32_t>(made.vars++), value);
+            value = emit_.loop_var(loop.id, static_cast<int32_t>(loop.vars++), value);
         }
         // After a return there is no further iteration.
         if (id == paths_.frame.returned) v.value[0] = paths_.variables[id].value[0];
-        v.assigned = made.assigned_before.at(id);
+        v.assigned = loop.assigned_before.at(id);
         paths_.set(id, std::move(v));
     }
     const ValueId counter = stmt.bound > 0
-                                ? emit_.loop_var(made.loop, static_cast<int32_t>(made.vars), zero)
+                                ? emit_.loop_var(loop.id, static_cast<int32_t>(loop.vars), zero)
                                 : ir::kNoValue;
     // The variables' initial values must precede the loop.
     const Frame outer = paths_.frame;
@@ -325,28 +326,28 @@ Loops::RealLoop Loops::make_loop(const check::Stmt& stmt, ValueId guard,
             go, stmt.expr != nullptr ? expressions_.scalar(*stmt.expr) : emit_.constant(true));
     }
     paths_.unwind(pending);
-    made.again = paths_.flag(go);
+    loop.again = paths_.flag(go);
     if (counter != ir::kNoValue) {
-        made.count = emit_.binary(ir::Op::kAdd, counter, emit_.constant(ir::Type::kInt, 1));
+        loop.count = emit_.binary(ir::Op::kAdd, counter, emit_.constant(ir::Type::kInt, 1));
         const ValueId limit = emit_.constant(ir::Type::kInt, static_cast<uint32_t>(stmt.bound));
-        made.again = emit_.logical_and(made.again, emit_.binary(ir::Op::kLt, made.count, limit));
+        loop.again = emit_.logical_and(loop.again, emit_.binary(ir::Op::kLt, loop.count, limit));
     }
     paths_.frame.in_loop = outer.in_loop;
     paths_.frame.broken = outer.broken;
     paths_.frame.continued = outer.continued;
     paths_.outer_live.pop_back();
-    made.changes = paths_.leave();
-    return made;
+    loop.changes = paths_.leave();
+    return loop;
 }
 
-void Loops::finish_loop(const check::Stmt& stmt, const RealLoop& made, ValueId guard,
+void Loops::finish_loop(const check::Stmt& stmt, const RealLoop& loop, ValueId guard,
                         bool certain) {
     std::vector<ValueId> next;
-    for (const auto& item : made.changes)
+    for (const auto& item : loop.changes)
         next.insert(next.end(), item.second.value.begin(), item.second.value.end());
-    if (made.count != ir::kNoValue) next.push_back(made.count);
-    const double most = most_trips(*stage_, made.loop, made.again, next, tests_);
-    if (!emit_.is_false(made.again) && stmt.bound == 0 && !(most <= check::kMaxTrips)) {
+    if (loop.count != ir::kNoValue) next.push_back(loop.count);
+    const double most = most_trips(*stage_, loop.id, loop.again, next, tests_);
+    if (!emit_.is_false(loop.again) && stmt.bound == 0 && !(most <= check::kMaxTrips)) {
         const check::Expr* test = stmt.expr.get();
         sink_->report(test != nullptr ? test->span : stmt.span, diag::kLoopUnbounded)
             .help(
@@ -354,17 +355,17 @@ void Loops::finish_loop(const check::Stmt& stmt, const RealLoop& made, ValueId g
                 "or "
                 "write `@bound(n)` before the loop, which then stops after n trips");
     }
-    const ValueId end = emit_.loop_end(made.loop, made.again, next);
+    const ValueId end = emit_.loop_end(loop.id, loop.again, next);
     const ValueId ran = certain ? emit_.constant(true) : guard;
     int32_t number = 0;
-    for (const auto& item : made.changes) {
+    for (const auto& item : loop.changes) {
         Variable v = paths_.variables[item.first];
         for (size_t i = 0; i < v.value.size(); ++i, ++number) {
             v.value[i] = emit_.loop_result(end, number);
         }
         for (size_t i = 0; i < v.assigned.size(); ++i) {
             const ValueId by_trip = item.second.assigned[i];
-            if (by_trip == made.assigned_before.at(item.first)[i]) continue;  // by none
+            if (by_trip == loop.assigned_before.at(item.first)[i]) continue;  // by none
             v.assigned[i] = facts_.always(by_trip)
                                 ? emit_.logical_or(v.assigned[i], ran)
                                 : facts_.assigned_by_a_trip(v.assigned[i], kSomeTrip);

@@ -43,7 +43,7 @@ class Loops {
     };
     /// A real loop before its end is emitted. The variables are in the order of `changes`.
     struct RealLoop {
-        ir::ValueId loop = 0;
+        ir::ValueId id = 0;
         ir::ValueId again = 0;
         ir::ValueId count = ir::kNoValue;  ///< iteration counter, after the variables; with @bound
         size_t vars = 0;                   ///< components
@@ -62,7 +62,7 @@ class Loops {
     void push_start_test(const check::Stmt& stmt);
     RealLoop make_loop(const check::Stmt& stmt, ir::ValueId guard,
                        const std::set<VariableId>& changed);
-    void finish_loop(const check::Stmt& stmt, const RealLoop& made, ir::ValueId guard,
+    void finish_loop(const check::Stmt& stmt, const RealLoop& loop, ir::ValueId guard,
                      bool certain);
 
     diag::Sink* sink_;

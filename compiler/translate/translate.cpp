@@ -146,11 +146,11 @@ void check_functions(const check::Fablet& fablet, const Functions& functions,
             return;
         }
         ir::Stage scratch;
-        diag::Sink found;
-        StageTranslator translator(fablet, ir::StageKind::kVolume, &scratch, &found);
+        diag::Sink diagnostics;
+        StageTranslator translator(fablet, ir::StageKind::kVolume, &scratch, &diagnostics);
         translator.run(*f);
         *steps += translator.steps();
-        for (diag::Diagnostic& d : found.sorted()) {
+        for (diag::Diagnostic& d : diagnostics.sorted()) {
             if (is_of_text(d.id, called.count(f.get()) != 0)) sink->take(std::move(d));
         }
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/at.h"
 #include "base/check.h"
 #include "base/stage_timer.h"
 
@@ -24,7 +25,7 @@ abi::KernelStatus SlabRun::begin(int32_t slab, Pool<volume::BlockEvaluator>* eva
     times.coverage = own_.seconds_coverage;
     const auto below = static_cast<int32_t>(near_.size() / 2);
     for (int32_t i = 0; i < 2 * below && status.ok(); ++i) {
-        SlabParts& parts = *near_[static_cast<size_t>(i)];
+        SlabParts& parts = *at(near_, i);
         status = parts.begin(slab + (i < below ? i - below : i - below + 1), evaluators, interrupt);
     }
     for (const auto& parts : near_)

@@ -108,7 +108,7 @@ abi::KernelStatus SlabRun::evaluate_around(int32_t row, Pool<volume::BlockEvalua
         // What is not printed matters to what is.
         const auto inside = static_cast<uint8_t>(left >= 8 ? 255 : (1 << left) - 1);
         SlabRow* scratch = rows_.take([] { return std::make_unique<SlabRow>(); });
-        around->rows[static_cast<size_t>(i)] = scratch;
+        at(around->rows, i) = scratch;
         volume::BlockEvaluator* evaluator = own_.take_evaluator(evaluators);
         status = parts.evaluate_row(row, below == 0 ? slices_ : inside, scratch, evaluator);
         evaluators->give(evaluator);
@@ -139,7 +139,7 @@ std::shared_ptr<SlabRun::Around> SlabRun::spread(size_t number, const Task& task
         }
         if (near.bands[near.bands.size() / 2].band == nullptr) continue;
         SlabRow* row = rows_.take([] { return std::make_unique<SlabRow>(); });
-        out->rows[static_cast<size_t>(i)] = row;
+        at(out->rows, i) = row;
         effect.spread(near, setup_.size, &row->band);
         if (number + 1 < setup_.spreads.size())
             setup_.spreads[number + 1]->note(row->band, &row->notes);

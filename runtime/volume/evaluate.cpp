@@ -8,6 +8,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "base/at.h"
 #include "base/check.h"
 #include "base/count_bits.h"
 #include "base/grow.h"
@@ -67,8 +68,8 @@ void BlockEvaluator::take_blocks(const PlacedPart& part, int32_t slab, int32_t r
         for (int32_t axis = 0; axis < 3; ++axis)
             corners_[static_cast<size_t>(3 * i + axis)] = corner[axis];
         blocks_.push_back(corner);
-        blind_[static_cast<size_t>(i)] = blocks[i].blind_distance;
-        attributes_[static_cast<size_t>(i)] = blocks[i].attributes;
+        at(blind_, i) = blocks[i].blind_distance;
+        at(attributes_, i) = blocks[i].attributes;
         std::copy(blocks[i].owned.begin(), blocks[i].owned.end(),
                   &owned_[static_cast<size_t>(64 * i)]);
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/at.h"
 #include "base/check.h"
 #include "runtime/dither/blue_noise.h"
 
@@ -88,7 +89,7 @@ void KernelArguments::set_groups(std::span<const int32_t> columns) {
 
 void KernelArguments::set_source(int32_t i, openfab_nearest_source* source) {
     source_ = source;
-    args_[static_cast<size_t>(i)] = &source_;
+    at(args_, i) = &source_;
 }
 
 void KernelArguments::set_columns(int32_t i, const void* data, int32_t stride) {

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <utility>
 
+#include "base/at.h"
 #include "base/input_file.h"
 #include "tools/dicom/dicom_elements.h"
 #include "tools/dicom/messages.h"
@@ -98,7 +99,7 @@ struct Stored {
 double real_number(const char* lowest, std::ptrdiff_t step, int64_t bytes) {
     std::array<char, sizeof(double)> in_order{};
     for (int64_t i = 0; i < bytes; ++i)
-        in_order[static_cast<size_t>(i)] = lowest[i * step];
+        at(in_order, i) = lowest[i * step];
     return *binary_number({in_order.data(), static_cast<size_t>(bytes)});
 }
 

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <functional>
 
+#include "base/at.h"
 #include "base/check.h"
 
 namespace openfab::render {
@@ -261,8 +262,8 @@ void VolumeBuilder::smooth(const std::vector<uint8_t>& solid, std::vector<uint16
         for (int32_t x = 0; x < cells_.x; ++x) {
             uint32_t sum = kx[0] * in[x];
             for (int32_t i = 1; i <= radius_of(kx); ++i) {
-                if (x >= i) sum += kx[static_cast<size_t>(i)] * in[x - i];
-                if (x + i < cells_.x) sum += kx[static_cast<size_t>(i)] * in[x + i];
+                if (x >= i) sum += at(kx, i) * in[x - i];
+                if (x + i < cells_.x) sum += at(kx, i) * in[x + i];
             }
             to[x] = static_cast<uint16_t>(sum >> 4);
         }
@@ -273,7 +274,7 @@ void VolumeBuilder::smooth(const std::vector<uint8_t>& solid, std::vector<uint16
         for (size_t x = 0; x < width; ++x) {
             uint32_t sum = ky[0] * between_[static_cast<size_t>(y) * width + x];
             for (int32_t i = 1; i <= radius_of(ky); ++i) {
-                const uint32_t weight = ky[static_cast<size_t>(i)];
+                const uint32_t weight = at(ky, i);
                 if (y >= i) sum += weight * between_[static_cast<size_t>(y - i) * width + x];
                 if (y + i < cells_.y)
                     sum += weight * between_[static_cast<size_t>(y + i) * width + x];
@@ -293,9 +294,9 @@ bool VolumeBuilder::emit(int32_t z) {
     OPENFAB_CHECK_EQ(z, emitted_);
     const std::vector<uint32_t>& kz = kernel_[2];
     const size_t cells = cells_of_layer();
-    const size_t at = static_cast<size_t>(z % Volume::kSide) * cells;
-    uint16_t* const coverage = slab_coverage_.data() + at;
-    uint8_t* const codes = slab_codes_.data() + at;
+    const size_t first = static_cast<size_t>(z % Volume::kSide) * cells;
+    uint16_t* const coverage = slab_coverage_.data() + first;
+    uint8_t* const codes = slab_codes_.data() + first;
     std::vector<uint32_t> sums(cells);
     const auto add = [&](int32_t from, uint32_t weight) {
         const Layer& one = layer(from);
@@ -304,8 +305,8 @@ bool VolumeBuilder::emit(int32_t z) {
             sums[i] += weight * one.coverage[i];
     };
     for (int32_t i = 0; i <= radius_of(kz); ++i) {
-        add(z - i, kz[static_cast<size_t>(i)]);
-        if (i > 0) add(z + i, kz[static_cast<size_t>(i)]);
+        add(z - i, at(kz, i));
+        if (i > 0) add(z + i, at(kz, i));
     }
     for (size_t i = 0; i < cells; ++i)
         coverage[i] = static_cast<uint16_t>(sums[i] / kKernelSum);

@@ -29,6 +29,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/at.h"
 #include "base/input_file.h"
 #include "base/text.h"
 #include "tools/step/messages.h"
@@ -176,7 +177,7 @@ class SolidReader {
                 const auto [known, fresh] = numbers.try_emplace(
                     {p.X(), p.Y(), p.Z()}, static_cast<int32_t>(out.vertices.size()));
                 if (fresh) out.vertices.push_back({p.X(), p.Y(), p.Z()});
-                of_node[static_cast<size_t>(i)] = known->second;
+                at(of_node, i) = known->second;
             }
             const bool turned = face.Orientation() == TopAbs_REVERSED;
             for (int i = 1; i <= mesh->NbTriangles(); ++i) {

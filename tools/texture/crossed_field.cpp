@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/at.h"
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/messages.h"
@@ -25,18 +26,16 @@ struct Place {
 };
 
 /// Finds the first cell that holds a place, else the nearest. Cells of no width hold none.
-Place place_of(const std::vector<double>& axis, double at) {
+Place place_of(const std::vector<double>& axis, double where) {
     constexpr double kOnFace = 1e-9;  // of a cell, as that of cell_field.cpp
     const double sign = axis.back() < axis.front() ? -1 : 1;
     const auto cells = static_cast<int64_t>(axis.size()) - 1;
-    const auto width = [&](int64_t i) {
-        return sign * (axis[static_cast<size_t>(i) + 1] - axis[static_cast<size_t>(i)]);
-    };
+    const auto width = [&](int64_t i) { return sign * (at(axis, i + 1) - at(axis, i)); };
     int64_t low = 0, high = cells - 1;
     while (low < high) {
         const int64_t middle = (low + high) / 2;
-        const double end = sign * axis[static_cast<size_t>(middle) + 1];
-        if (end + kOnFace * width(middle) < sign * at) {
+        const double end = sign * at(axis, middle + 1);
+        if (end + kOnFace * width(middle) < sign * where) {
             low = middle + 1;
         } else {
             high = middle;
@@ -46,7 +45,7 @@ Place place_of(const std::vector<double>& axis, double at) {
         ++low;
     while (low > 0 && width(low) == 0)
         --low;
-    return {low, sign * (at - axis[static_cast<size_t>(low)]) / width(low)};
+    return {low, sign * (where - at(axis, low)) / width(low)};
 }
 
 class CrossedReader final : public VolumeReader {

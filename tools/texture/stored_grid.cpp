@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/at.h"
 #include "base/units.h"
 #include "texture/nrrd_header.h"
 #include "tools/texture/check_memory.h"
@@ -163,8 +164,7 @@ class WholeReader final : public VolumeReader {
             const int64_t n = std::min(numbers_.step(), count - begin);
             if (Result<void> read = numbers_.next(some.data(), n); !read) return read;
             for (int64_t i = 0; i < n; ++i) {
-                values_[static_cast<size_t>((first + texel) * channels + channel)] =
-                    some[static_cast<size_t>(i)];
+                values_[static_cast<size_t>((first + texel) * channels + channel)] = at(some, i);
                 if (++texel < inner) continue;
                 texel = 0;
                 if (++channel < channels) continue;

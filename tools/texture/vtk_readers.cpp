@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/at.h"
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/crossed_field.h"
@@ -124,16 +125,16 @@ Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
         if (wanted != 0 && count != wanted)
             return user_error(fmt::format(messages::kCellCorners, i, count, wanted));
         total = static_cast<int64_t>(end);
-        ends[static_cast<size_t>(i)] = total;
-        types[static_cast<size_t>(i)] = static_cast<uint8_t>(type);
+        at(ends, i) = total;
+        at(types, i) = static_cast<uint8_t>(type);
     }
     Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(*corners, total);
     if (!numbers) return numbers.error();
-    int64_t at = 0;
+    int64_t corner = 0;
     for (int64_t i = 0; i < file.cells; ++i) {
-        const int type = types[static_cast<size_t>(i)];
+        const int type = at(types, i);
         const bool solid = corner_count(type) != 0;
-        for (; at < ends[static_cast<size_t>(i)]; ++at) {
+        for (; corner < at(ends, i); ++corner) {
             double point = 0;
             if (Result<void> got = (*numbers)->next(&point, 1); !got) return got.error();
             if (!(point >= 0 && point < static_cast<double>(file.points)))

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "base/at.h"
 #include "base/near_miss.h"
 #include "mesh/read/messages.h"
 #include "mesh/read/npy_array.h"
@@ -84,7 +86,7 @@ class BeamsNpz {
                 const double x = array.at(3 * i + a);
                 if (!(std::fabs(x) <= kFarthest))
                     return fail("nodes", fmt::format(messages::kNodeTooFar, i, x, kFarthest));
-                beams().nodes[static_cast<size_t>(i)][a] = x;
+                at(beams().nodes, i)[a] = x;
             }
         }
     }
@@ -109,7 +111,7 @@ class BeamsNpz {
                 if (!(node >= 0 && node < static_cast<double>(beams().nodes.size())))
                     return fail("struts", fmt::format(messages::kStrutOfUnknownNode, i, node,
                                                       beams().nodes.size()));
-                beams().beams[static_cast<size_t>(i)].nodes[e] = static_cast<int32_t>(node);
+                at(beams().beams, i).nodes[e] = static_cast<int32_t>(node);
             }
         }
     }
@@ -133,7 +135,7 @@ class BeamsNpz {
                 return fail("radii", fmt::format(messages::kRadiusWrong, r), messages::kRadiusHelp);
         }
         for (int64_t i = 0; i < m; ++i) {
-            Beam& beam = beams().beams[static_cast<size_t>(i)];
+            Beam& beam = at(beams().beams, i);
             for (size_t e = 0; e < 2; ++e) {
                 const int64_t at = one        ? 0
                                    : of_nodes ? beam.nodes[e]

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/at.h"
 #include "base/infinity.h"
 
 namespace openfab::solid {
@@ -82,8 +83,7 @@ NearestBeam BeamList::gather(const BeamTree& tree, const VoxelBall& ball, int32_
     nearest_ = best.distance;
     beams_.clear();
     tree.collect(ball.middle, best.distance + 2 * ball.radius, &beams_);
-    std::ranges::sort(beams_, {},
-                      [&](int32_t i) { return tree.beams()[static_cast<size_t>(i)].number; });
+    std::ranges::sort(beams_, {}, [&](int32_t i) { return at(tree.beams(), i).number; });
     return best;
 }
 
@@ -91,7 +91,7 @@ void BeamList::gather(const BeamTree& tree, const VoxelBall& ball, std::span<con
     distances_.clear();
     nearest_ = kInfinity;
     for (const int32_t i : of) {
-        distances_.push_back(beam_distance(tree.beams()[static_cast<size_t>(i)], ball.middle));
+        distances_.push_back(beam_distance(at(tree.beams(), i), ball.middle));
         nearest_ = std::min(nearest_, distances_.back());
     }
     const float most = nearest_ + 2 * ball.radius + tree.slack(ball.middle);
@@ -106,7 +106,7 @@ bool BeamList::gather_holding(const BeamTree& tree, const VoxelBall& ball,
     beams_.clear();
     const float reach = ball.radius + tree.slack(ball.middle);
     for (const int32_t i : of) {
-        const float d = beam_distance(tree.beams()[static_cast<size_t>(i)], ball.middle);
+        const float d = beam_distance(at(tree.beams(), i), ball.middle);
         if (d < 0.0f - reach) return true;
         if (d <= reach) beams_.push_back(i);
     }

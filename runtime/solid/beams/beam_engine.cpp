@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/at.h"
 #include "base/infinity.h"
 
 namespace openfab::solid {
@@ -119,7 +120,7 @@ class BeamEngine final : public nearest::Engine {
         mine->of_block.gather(tree_, ball, near.beam);
         if (mine->of_block.beams().size() > kMostCases) return attributes_->add_all(low, out);
         for (const int32_t i : mine->of_block.beams())
-            attributes_->add_case(tree_.beams()[static_cast<size_t>(i)], low, out);
+            attributes_->add_case(at(tree_.beams(), i), low, out);
     }
 
   private:

@@ -9,6 +9,7 @@
 #include <bit>
 #include <limits>
 
+#include "base/at.h"
 #include "base/infinity.h"
 
 namespace openfab::solid {
@@ -113,11 +114,11 @@ float BeamTree::slack(const Vec3f& p) const {
 NearestBeam BeamTree::nearest(const Vec3f& p, int32_t start) const {
     NearestBeam best{-1, kInfinity};
     const auto take = [&](int32_t i) {
-        const float d = beam_distance(beams_[static_cast<size_t>(i)], p);
+        const float d = beam_distance(at(beams_, i), p);
         if (d < best.distance ||
             (d == best.distance &&
-             (best.beam < 0 || beams_[static_cast<size_t>(i)].number <
-                                   beams_[static_cast<size_t>(best.beam)].number)))
+             (best.beam < 0 ||
+              at(beams_, i).number < beams_[static_cast<size_t>(best.beam)].number)))
             best = {i, d};
     };
     if (start >= 0) take(start);
@@ -155,16 +156,16 @@ void BeamTree::collect(const Vec3f& p, float limit, std::vector<int32_t>* out) c
     size_t open = 0;
     stack[open++] = 0;
     while (open > 0) {
-        const int32_t at = stack[--open];
-        const Node& node = nodes_[static_cast<size_t>(at)];
+        const int32_t number = stack[--open];
+        const Node& node = at(nodes_, number);
         if (box_distance(node.box, p) > most) continue;
         if (node.count == 0) {
             stack[open++] = node.first;
-            stack[open++] = at + 1;
+            stack[open++] = number + 1;
             continue;
         }
         for (int32_t i = node.first; i < node.first + node.count; ++i) {
-            if (beam_distance(beams_[static_cast<size_t>(i)], p) <= most) out->push_back(i);
+            if (beam_distance(at(beams_, i), p) <= most) out->push_back(i);
         }
     }
 }
@@ -174,12 +175,12 @@ void BeamTree::collect(const Box3f& box, std::vector<int32_t>* out) const {
     size_t open = 0;
     stack[open++] = 0;
     while (open > 0) {
-        const int32_t at = stack[--open];
-        const Node& node = nodes_[static_cast<size_t>(at)];
+        const int32_t number = stack[--open];
+        const Node& node = at(nodes_, number);
         if (!node.box.overlaps(box)) continue;
         if (node.count == 0) {
             stack[open++] = node.first;
-            stack[open++] = at + 1;
+            stack[open++] = number + 1;
             continue;
         }
         for (int32_t i = node.first; i < node.first + node.count; ++i)

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "base/at.h"
 #include "base/result.h"
 #include "base/vec.h"
 #include "runtime/solid/grow/standing.h"
@@ -102,7 +103,7 @@ class Clump {
     };
     std::span<const Node> nodes() const { return nodes_; }
     /// Returns an item: the number of a beam, or beams.size() and more of a bud.
-    size_t item(int32_t i) const { return static_cast<size_t>(items_[static_cast<size_t>(i)]); }
+    size_t item(int32_t i) const { return static_cast<size_t>(at(items_, i)); }
 
   private:
     struct Item {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/at.h"
 #include "base/infinity.h"
 
 namespace openfab::solid {
@@ -149,7 +150,7 @@ class GrowEngine final : public nearest::Engine {
         }
         const auto first_body = static_cast<int32_t>(mine->of_points.size());
         for (int32_t i = 0; i < first_body; ++i) {
-            const BeamRecord& beam = mine->of_points.tree().beams()[static_cast<size_t>(i)];
+            const BeamRecord& beam = at(mine->of_points.tree().beams(), i);
             place[beams[static_cast<size_t>(beam.number)]] = i;
         }
         std::vector<LocalBodies::Body>& bodies = mine->bodies_of_points.bodies();

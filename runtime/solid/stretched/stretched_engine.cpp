@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "base/at.h"
+
 namespace openfab::solid {
 
 namespace {
@@ -91,7 +93,7 @@ class StretchedEngine final : public nearest::Engine {
         source_.bounds(lowest, size, asking.source, out);
         out->distance_hi = high(out->distance_hi);
         for (int32_t i = 0; i < out->count; ++i) {
-            float& distance_lo = out->cases[static_cast<size_t>(i)].distance_lo;
+            float& distance_lo = at(out->cases, i).distance_lo;
             distance_lo = low(distance_lo);
         }
     }
