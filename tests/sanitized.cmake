@@ -23,11 +23,10 @@ set(left_plain
 # Left to the night: what it costs is more than it finds; the same code is in tests that run.
 set(left_costly
     property/nearest_lattices_equal_brute_force property/offset_test unit/unit_render unit/color_test server/lsp_client
-    unit/gcvf_print_test unit/inspection_test unit/opening_test unit/slicer_test)
+    unit/gcvf_print_test unit/graph_test unit/inspection_test unit/opening_test unit/slicer_test unit/unit_mechanics)
 # Left to the night until it is known what they cost or whether they pass: each reads a user's bytes or computes addresses.
 set(left_unmeasured
-    unit/beams_test unit/colored_mesh_test unit/fields_test unit/function_nodes_test unit/graph_test
-    unit/texture_optional_converter_test unit/texture_picture_kinds_test unit/unit_mechanics)
+    unit/fields_test unit/function_nodes_test unit/texture_optional_converter_test unit/texture_picture_kinds_test)
 set(left_to_the_night ${left_compiled} ${left_algebra} ${left_plain} ${left_costly} ${left_unmeasured})
 
 # Of the folders whose programs are compared whole (crossings, exec, format, golden, package, programs, scenes, support): what an

@@ -45,7 +45,8 @@ double number(const std::string& text, const std::string& key) {
 }
 
 std::vector<ReadObject> read_objects(const std::string& file) {
-    const Result<mesh::ZipFile> zip = mesh::ZipFile::open(read_file(file), "part.3mf");
+    const std::string bytes = read_file(file);  // which the archive's reader looks into
+    const Result<mesh::ZipFile> zip = mesh::ZipFile::open(bytes, "part.3mf");
     EXPECT_TRUE(zip);
     const Result<std::string> model = zip->read("3D/3dmodel.model");
     EXPECT_TRUE(model);
