@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "backends/common/hex_color.h"
 #include "backends/common/resume_check.h"
 #include "backends/raster/folder_sink.h"
 #include "backends/raster/grey_slice.h"
@@ -21,10 +22,6 @@
 namespace openfab::raster {
 
 namespace {
-
-std::string hex_color(const std::array<uint8_t, 4>& c) {
-    return fmt::format("#{:02x}{:02x}{:02x}{:02x}", c[0], c[1], c[2], c[3]);
-}
 
 /// Six digits are finer than any printer, and avoid 0.042333333333333334.
 double rounded(double value) {
@@ -79,7 +76,7 @@ void put_materials(JsonText& json, const pipeline::PrintInfo& info,
         json.begin_object();
         json.member("name", material.name);
         if (bitmaps) json.member("file_suffix", fmt::format("_{}.bmp", i + 1));
-        json.member("color", hex_color(material.key));
+        json.member("color", backends::hex_color(material.key));
         json.member("channel", material.channel);
         put(json, "density_g_cm3", material.density_g_cm3);
         json.member("voxels", voxels);
@@ -208,7 +205,7 @@ std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::Print
     if (is_grey(options.format))
         json.member("grey_material", info.materials[grey_index(info, options)].name);
     else
-        json.member("void_color", hex_color({0, 0, 0, 0}));
+        json.member("void_color", backends::hex_color({0, 0, 0, 0}));
     json.member("support_made_by", std::string(slices_hold_support(info)         ? "slices"
                                                : options.front_end_makes_support ? "front_end"
                                                                                  : "nobody"));

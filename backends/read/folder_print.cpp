@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "backends/common/hex_color.h"
 #include "backends/common/tee_sink.h"
 #include "backends/raster/grey_slice.h"
 #include "backends/raster/png_slice.h"
@@ -50,16 +51,6 @@ bool read_numbers(const JsonValue& object, const char* key, std::span<double> ou
     for (size_t i = 0; i < out.size(); ++i) {
         if (!member->value.items[i].is(JsonValue::Kind::kNumber)) return false;
         out[i] = member->value.items[i].number;
-    }
-    return true;
-}
-
-/// Reads `#rrggbbaa`.
-bool read_color(std::string_view text, std::array<uint8_t, 4>* out) {
-    if (text.size() != 9 || text[0] != '#') return false;
-    for (size_t i = 0; i < 4; ++i) {
-        const char* const from = text.data() + 1 + 2 * i;
-        if (std::from_chars(from, from + 2, (*out)[i], 16).ptr != from + 2) return false;
     }
     return true;
 }
@@ -150,7 +141,7 @@ Result<void> FolderPrint::take_manifest(const JsonValue& manifest) {
         made.name = text_of(material, "name");
         made.channel = text_of(material, "channel");
         made.density_g_cm3 = number_of(material, "density_g_cm3", 0);
-        if (!read_color(text_of(material, "color"), &made.key)) return damaged;
+        if (!backends::read_color(text_of(material, "color"), &made.key)) return damaged;
         made.preview = made.key;
     }
     info_.bits = info_.materials.size() > 15 ? 8 : 4;

@@ -13,6 +13,7 @@
 #include "backends/read/ofr_print.h"
 #include "backends/read/zarr_print.h"
 #include "base/units.h"
+#include "runtime/pipeline/print_hash.h"
 
 namespace openfab::prints {
 
@@ -25,6 +26,16 @@ Result<std::unique_ptr<PrintFile>> PrintFile::open(const std::string& path, int6
         return std::unique_ptr<PrintFile>(std::move(*folder));
     }
     return is_gcvf(path) ? GcvfPrint::open(path, memory_bytes) : OfrPrint::open(path, memory_bytes);
+}
+
+Result<uint64_t> PrintFile::hash_of_slices() const {
+    uint64_t hash = 0;
+    SliceBuffers buffers;
+    for (int32_t z = info_.slice_begin; z < info_.slice_end; ++z) {
+        if (Result<void> read = read_slice(z, &buffers); !read) return read.error();
+        hash += pipeline::slice_hash(z, buffers.rows.data(), row_bytes_, info_.size.y);
+    }
+    return hash;
 }
 
 Error PrintFile::error(const std::string& what) const {

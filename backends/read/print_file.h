@@ -57,6 +57,8 @@ class PrintFile {
 
     /// Reads one slice into `buffers->rows` and checks it.
     virtual Result<void> read_slice(int32_t z, SliceBuffers* buffers) const = 0;
+    /// Sums the hashes of all slices, from what is read of them.
+    Result<uint64_t> hash_of_slices() const;
 
   protected:
     explicit PrintFile(std::string path) : path_(std::move(path)) {}

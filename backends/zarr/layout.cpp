@@ -11,6 +11,7 @@
 #include <span>
 #include <string_view>
 
+#include "backends/common/hex_color.h"
 #include "backends/zarr/messages.h"
 #include "base/json_text.h"
 
@@ -21,10 +22,6 @@ namespace {
 constexpr int32_t kCoarseEnough = 256;
 constexpr int32_t kMostSide = 1 << 20;
 constexpr size_t kMostMaterials = 254;
-
-std::string hex_color(const std::array<uint8_t, 4>& c) {
-    return fmt::format("#{:02x}{:02x}{:02x}{:02x}", c[0], c[1], c[2], c[3]);
-}
 
 void put_list(JsonText& json, std::string_view name, std::initializer_list<double> values) {
     json.key(name).begin_list();
@@ -112,8 +109,8 @@ void put_print(JsonText& json, const pipeline::PrintInfo& info) {
     for (const pipeline::SliceMaterial& material : info.materials) {
         json.begin_object();
         json.member("name", material.name);
-        json.member("color", hex_color(material.key));
-        json.member("preview", hex_color(material.preview));
+        json.member("color", backends::hex_color(material.key));
+        json.member("preview", backends::hex_color(material.preview));
         json.member("density_g_cm3", material.density_g_cm3);
         json.member("channel", material.channel);
         json.end_object();
@@ -146,15 +143,6 @@ bool read_numbers(const JsonValue* object, std::string_view key, std::span<doubl
     return true;
 }
 
-bool read_color(std::string_view text, std::array<uint8_t, 4>* out) {
-    if (text.size() != 9 || text[0] != '#') return false;
-    for (size_t i = 0; i < 4; ++i) {
-        const char* const from = text.data() + 1 + 2 * i;
-        if (std::from_chars(from, from + 2, (*out)[i], 16).ptr != from + 2) return false;
-    }
-    return true;
-}
-
 bool read_materials(const JsonValue* own, pipeline::PrintInfo* info) {
     const JsonValue* const materials = at(own, "materials");
     if (materials == nullptr || materials->items.size() > kMostMaterials) return false;
@@ -164,8 +152,8 @@ bool read_materials(const JsonValue* own, pipeline::PrintInfo* info) {
         material.name = text_of(&item, "name");
         material.channel = text_of(&item, "channel");
         if (density != nullptr) material.density_g_cm3 = density->number;
-        if (!read_color(text_of(&item, "color"), &material.key) ||
-            !read_color(text_of(&item, "preview"), &material.preview))
+        if (!backends::read_color(text_of(&item, "color"), &material.key) ||
+            !backends::read_color(text_of(&item, "preview"), &material.preview))
             return false;
         info->materials.push_back(std::move(material));
     }

@@ -14,6 +14,7 @@
 
 #include "base/own_folder.h"
 #include "base/replace_file.h"
+#include "base/start_program.h"
 #include "compiler/driver/compilation.h"
 
 namespace openfab::driver {
@@ -31,11 +32,10 @@ double seconds_since(Clock::time_point begin) {
 /// The link line of a print program, which the build writes beside the runtime's archives: one
 /// argument a line, `lib:NAME` for a file in the same folder.
 std::optional<std::vector<std::string>> read_link_line(std::string* fault) {
-    std::error_code error;
-    const fs::path self = fs::read_symlink("/proc/self/exe", error);
-    const fs::path folder = self.parent_path().parent_path() / "lib";
+    const Result<fs::path> programs = program_folder();
+    const fs::path folder = programs ? programs->parent_path() / "lib" : fs::path();
     std::ifstream file(folder / "openfab_print.link");
-    if (error || !file) {
+    if (!file) {
         *fault = fmt::format("{}: the runtime that print programs are linked with is missing",
                              (folder / "openfab_print.link").string());
         return std::nullopt;

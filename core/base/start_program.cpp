@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "base/clean_exit.h"
+#include "base/messages.h"
 
 extern char** environ;
 
@@ -75,6 +76,13 @@ int start_program(const ProgramStart& start, pid_t* process) {
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&actions);
     return failed;
+}
+
+Result<std::filesystem::path> program_folder() {
+    std::error_code failed;
+    const auto self = std::filesystem::read_symlink("/proc/self/exe", failed);
+    if (failed) return outside_error(messages::kNoOwnFolder + failed.message());
+    return self.parent_path();
 }
 
 int open_null() {

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "base/result.h"
+
 namespace openfab {
 
 struct ProgramStart {
@@ -26,6 +28,9 @@ struct ProgramStart {
 
 /// Starts a program; returns 0, or the error's number.
 int start_program(const ProgramStart& start, pid_t* process);
+
+/// Returns the folder of the running program, beside which our others lie.
+Result<std::filesystem::path> program_folder();
 
 /// Opens the null device; -1 where that fails.
 int open_null();

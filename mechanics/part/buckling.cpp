@@ -408,10 +408,7 @@ Buckling buckling_of(PartProblem* problem, Vector* moved, double far, const Solv
             }
         }
     }
-    const auto unit = static_cast<float>(values.unit);
-    for (std::vector<float>* all : {&values.first, &values.second})
-        for (float& v : *all)
-            v *= unit;
+    values.restore();
     p.voxels.lambda = std::move(values.first);
     p.voxels.mu = std::move(values.second);
     return out;

@@ -350,10 +350,7 @@ PartSolution solve_part(PartProblem* problem, size_t holds, const SolveOptions& 
                 values.unit * b.row(c, y, z)[x] - p.forces_N.row(c, y, z)[x];
         });
     }
-    const auto unit = static_cast<float>(values.unit);
-    for (std::vector<float>* all : {&values.first, &values.second})
-        for (float& v : *all)
-            v *= unit;
+    values.restore();
     p.voxels.lambda = std::move(values.first);
     p.voxels.mu = std::move(values.second);
     return out;

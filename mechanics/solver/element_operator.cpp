@@ -20,6 +20,14 @@ void ElementValues::normalise() {
             v = static_cast<float>(static_cast<double>(v) / unit);
 }
 
+void ElementValues::restore() {
+    const auto by = static_cast<float>(unit);
+    for (std::vector<float>* all : {&first, &second})
+        for (float& v : *all)
+            v *= by;
+    unit = 1;
+}
+
 template <int C>
 ElementOperator<C>::ElementOperator(const Grid& grid, const ElementValues* values,
                                     const FixedNodes* fixed)

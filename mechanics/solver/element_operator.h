@@ -27,6 +27,8 @@ struct ElementValues {
 
     /// Does the division.
     void normalise();
+    /// Undoes it, but for the rounding of floats.
+    void restore();
 };
 
 /// Number of a degree of freedom: node [z][y][x] times C plus the component.

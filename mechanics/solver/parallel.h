@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/at.h"
 #include "mechanics/solver/field.h"
 
 namespace openfab::mechanics {
@@ -42,7 +41,7 @@ void for_layer_blocks(int32_t layers, bool periodic, const F& f) {
 template <typename F>
 double sum_over(int32_t count, const F& f) {
     std::vector<double> part(static_cast<size_t>(count));
-    for_each_index(count, [&](int32_t i) { at(part, i) = f(i); });
+    for_each_index(count, [&](int32_t i) { part[static_cast<size_t>(i)] = f(i); });
     double sum = 0;
     for (const double p : part)
         sum += p;

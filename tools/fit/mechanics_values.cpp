@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/start_program.h"
 #include "base/talking_program.h"
 #include "client/child.h"
 #include "tools/fit/messages.h"
@@ -66,10 +67,10 @@ Result<std::unique_ptr<MechanicsValues>> MechanicsValues::create(const program::
                                                                  const Vec3d& printer_pitch_mm) {
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
-    std::error_code failed;
-    const fs::path self = fs::read_symlink("/proc/self/exe", failed);
+    const Result<fs::path> programs = program_folder();
+    if (!programs) return programs.error();
     return std::unique_ptr<MechanicsValues>(
-        new MechanicsValues(print, printer_pitch_mm, std::move(*folder), self.parent_path()));
+        new MechanicsValues(print, printer_pitch_mm, std::move(*folder), *programs));
 }
 
 Result<const JsonValue*> MechanicsValues::solve(const Goal& goal,

@@ -25,6 +25,7 @@
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/sha256.h"
+#include "base/start_program.h"
 #include "base/system_reason.h"
 #include "base/talking_program.h"
 #include "base/text.h"

@@ -15,6 +15,7 @@
 #include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "base/talking_program.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -23,7 +24,6 @@
 #include "tools/openfab/check_findings.h"
 #include "tools/openfab/check_voxels.h"
 #include "tools/openfab/messages.h"
-#include "tools/openfab/programs.h"
 #include "world/printer.h"
 #include "world/world.h"
 

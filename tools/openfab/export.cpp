@@ -19,6 +19,7 @@
 #include "backends/raster/slice_files.h"
 #include "backends/read/gcvf_print.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"

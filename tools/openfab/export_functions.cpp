@@ -18,6 +18,7 @@
 #include "base/own_folder.h"
 #include "base/polar.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "base/text.h"
 #include "client/child.h"
 #include "program/output_check.h"
@@ -29,7 +30,6 @@
 #include "tools/openfab/export_stack.h"
 #include "tools/openfab/field_package.h"
 #include "tools/openfab/messages.h"
-#include "tools/openfab/programs.h"
 #include "world/world.h"
 
 namespace openfab::tools {

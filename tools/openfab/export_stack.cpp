@@ -17,9 +17,9 @@
 #include "backends/raster/png_encode.h"
 #include "base/input_file.h"
 #include "base/json.h"
+#include "base/start_program.h"
 #include "client/child.h"
 #include "tools/openfab/messages.h"
-#include "tools/openfab/programs.h"
 
 namespace openfab::tools {
 

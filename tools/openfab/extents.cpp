@@ -10,11 +10,11 @@
 #include "base/json.h"
 #include "base/own_folder.h"
 #include "base/polar.h"
+#include "base/start_program.h"
 #include "base/talking_program.h"
 #include "client/child.h"
 #include "mesh/model/primitives.h"
 #include "tools/openfab/messages.h"
-#include "tools/openfab/programs.h"
 #include "world/placed_box.h"
 
 namespace openfab::tools {

@@ -17,6 +17,7 @@
 #include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "base/text.h"
 #include "client/fablet_compiler.h"
 #include "texture/cache.h"

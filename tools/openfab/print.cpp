@@ -23,6 +23,7 @@
 #include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "base/system_reason.h"
 #include "program/options.h"
 #include "program/output_check.h"

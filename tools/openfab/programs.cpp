@@ -277,13 +277,6 @@ Result<int> run_program(const std::vector<std::string>& arguments, bool tells_in
     return crashed ? internal_error(ended) : outside_error(ended);
 }
 
-Result<fs::path> program_folder() {
-    std::error_code status;
-    const fs::path self = fs::read_symlink("/proc/self/exe", status);
-    if (status) return outside_error(messages::kNoFolderOfProgram + status.message());
-    return self.parent_path();
-}
-
 std::vector<fs::path> inputs_of(const PrintProgram& program) {
     std::vector<fs::path> files = program.sources;
     if (program.dither) files.push_back(program.dither->source);

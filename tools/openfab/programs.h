@@ -16,9 +16,6 @@
 
 namespace openfab::tools {
 
-/// Returns the folder of the running program.
-Result<std::filesystem::path> program_folder();
-
 /// Schedules as `openflc` takes them: files or folders of `--schedule`, and values of `--param`.
 struct ScheduleArguments {
     std::vector<std::string> paths, params;

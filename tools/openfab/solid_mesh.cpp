@@ -8,13 +8,14 @@
 #include <cmath>
 #include <filesystem>
 
+#include "base/input_file.h"
 #include "base/own_folder.h"
+#include "base/start_program.h"
 #include "base/talking_program.h"
 #include "client/child.h"
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/messages.h"
-#include "tools/openfab/programs.h"
 
 namespace openfab::tools {
 

@@ -164,18 +164,6 @@ std::vector<std::string> wrong_files(const fs::path& folder, const FolderFiles& 
     return wrong;
 }
 
-/// Sums the hashes of the slices, from their pictures.
-Result<uint64_t> hash_of_folder(const prints::PrintFile& print) {
-    uint64_t hash = 0;
-    prints::SliceBuffers buffers;
-    for (int32_t z = print.info().slice_begin; z < print.info().slice_end; ++z) {
-        if (Result<void> read = print.read_slice(z, &buffers); !read) return read.error();
-        hash +=
-            pipeline::slice_hash(z, buffers.rows.data(), print.row_bytes(), print.info().size.y);
-    }
-    return hash;
-}
-
 }  // namespace
 
 FolderFiles look_for_files(const fs::path& folder, const JsonValue& manifest) {
@@ -222,7 +210,7 @@ Result<void> verify_folder(const fs::path& folder, int64_t memory_bytes) {
         // Colours of materials that are alike do not tell the voxels, either.
         if (!print && digests.empty()) return print.error();
         if (print) {
-            const Result<uint64_t> hash = hash_of_folder(**print);
+            const Result<uint64_t> hash = (*print)->hash_of_slices();
             if (!hash) return hash.error();
             if (fmt::format("{:016x}", *hash) != recorded) {
                 return user_error(

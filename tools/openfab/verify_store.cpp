@@ -49,17 +49,6 @@ std::string words_of(const std::vector<std::pair<int32_t, int32_t>>& ranges) {
     return fmt::format("{}", fmt::join(words, ", "));
 }
 
-Result<uint64_t> hash_of_slices(const prints::PrintFile& print) {
-    uint64_t hash = 0;
-    prints::SliceBuffers buffers;
-    for (int32_t z = print.info().slice_begin; z < print.info().slice_end; ++z) {
-        if (Result<void> read = print.read_slice(z, &buffers); !read) return read.error();
-        hash +=
-            pipeline::slice_hash(z, buffers.rows.data(), print.row_bytes(), print.info().size.y);
-    }
-    return hash;
-}
-
 /// Checks one shard's file; a void one has none.
 Result<void> check_shard(const zarr::Store& store, size_t level, int32_t shard,
                          const zarr::ShardDigest& digest) {
@@ -111,7 +100,7 @@ Result<void> verify_store(const fs::path& path, int64_t memory_bytes) {
     if (!totals)
         return user_error(
             fmt::format(messages::kStoreLacksSlices, path.string(), words_of(missing)));
-    const Result<uint64_t> hash = hash_of_slices(**print);
+    const Result<uint64_t> hash = (*print)->hash_of_slices();
     if (!hash) return hash.error();
     if (*hash != totals->hash)
         return user_error(fmt::format(messages::kHashDiffers, path.string(), *hash,

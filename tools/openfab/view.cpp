@@ -7,12 +7,12 @@
 
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "base/units.h"
 #include "client/child.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/messages.h"
-#include "tools/openfab/programs.h"
 
 namespace openfab::tools {
 

@@ -14,6 +14,7 @@
 #include "base/command_line.h"
 #include "base/run_main.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "base/talking_program.h"
 #include "base/units.h"
 #include "tools/render/messages.h"
@@ -61,10 +62,9 @@ Result<void> complete(const Texts& texts, RenderOptions* options) {
     const Result<int64_t> memory = parse_memory_option(texts.memory);
     if (!memory) return memory.error();
     options->memory_bytes = *memory;
-    std::error_code status;
-    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", status);
-    if (status) return outside_error(messages::kNoFolderOfProgram + status.message());
-    options->programs = self.parent_path();
+    const Result<std::filesystem::path> programs = program_folder();
+    if (!programs) return programs.error();
+    options->programs = *programs;
     return {};
 }
 

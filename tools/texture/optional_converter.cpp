@@ -14,6 +14,7 @@
 
 #include "base/input_file.h"
 #include "base/jail.h"
+#include "base/start_program.h"
 #include "base/text.h"
 #include "texture/volume.h"
 #include "texture/xdmf_grid.h"
@@ -76,10 +77,9 @@ const OptionalConverter* optional_converter(const fs::path& volume,
 }
 
 Error execute(const OptionalConverter& converter, char** argv) {
-    std::error_code unknown;
-    const fs::path self = fs::read_symlink("/proc/self/exe", unknown);
-    if (unknown) return outside_error(messages::kNoOwnFolder + unknown.message());
-    const fs::path program = self.parent_path() / converter.program;
+    const Result<fs::path> folder = program_folder();
+    if (!folder) return folder.error();
+    const fs::path program = *folder / converter.program;
     if (::access(program.c_str(), X_OK) != 0) {
         Error error = outside_error(fmt::format(messages::kBuiltWithoutReader, converter.what));
         error.help = converter.remedy;
