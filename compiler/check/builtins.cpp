@@ -26,8 +26,9 @@ std::vector<std::string> function_names() {
     std::vector<std::string> names;
     for (const IntrinsicInfo& info : kIntrinsics)
         names.emplace_back(info.name);
-    for (const char* name : {"mul", "transpose", "determinant", "inverse", "over", "nearest",
-                             "distance_to", "gradient", "mean_curvature", "printf", "assert"}) {
+    for (const char* name :
+         {"mul", "transpose", "determinant", "inverse", "over", "nearest", "distance_to",
+          "walk_end", "gradient", "mean_curvature", "printf", "assert"}) {
         names.emplace_back(name);
     }
     return names;

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Queries of surfaces: `distance(p)`, `nearest(p)`, `distance_to(object, p)`.
+// Queries of surfaces: `distance(p)`, `nearest(p)`, `distance_to(object, p)`, `walk_end(p, stop, seed)`.
 #include "compiler/check/queries.h"
 
 #include <utility>
@@ -20,7 +20,7 @@ bool is_point(const Type& type) {
 }  // namespace
 
 bool Queries::asks(std::string_view name) {
-    return name == "nearest" || name == "distance_to" || name == "distanceTo";
+    return name == "nearest" || name == "distance_to" || name == "distanceTo" || name == "walk_end";
 }
 
 /// Reports a query outside the volume stage; a shape may ask for the distance to an object.
@@ -62,6 +62,7 @@ ExprPtr Queries::distance(const ast::Expr& expr, std::vector<ExprPtr> args) cons
 
 ExprPtr Queries::surface(const ast::Expr& expr, std::vector<ExprPtr> args) const {
     const ast::Expr& callee = *expr.args[0];
+    if (callee.text == "walk_end") return walk(expr, std::move(args));
     if (!is_in_volume(callee, nullptr)) return poison(expr.span);
     const bool nearest = callee.text == "nearest";
     const size_t count = nearest ? 1 : 2;
@@ -80,6 +81,32 @@ ExprPtr Queries::surface(const ast::Expr& expr, std::vector<ExprPtr> args) const
     ExprPtr out = make(nearest ? ExprKind::kNearestPoint : ExprKind::kDistanceTo,
                        nearest ? Type{Base::kSurfacePoint} : kFloatType, expr.span);
     args.back() = conversions_.implicit(std::move(args.back()), kFloat3Type);
+    out->args = std::move(args);
+    return any_error(out->args) ? poison(expr.span) : std::move(out);
+}
+
+ExprPtr Queries::walk(const ast::Expr& expr, std::vector<ExprPtr> args) const {
+    const ast::Expr& callee = *expr.args[0];
+    if (!is_in_volume(callee, nullptr)) return poison(expr.span);
+    const size_t object = args.size() == 4 ? 1 : 0;
+    if (args.size() != 3 + object) {
+        wrong_count(sink_, expr, callee.text,
+                    "3 arguments, a point, where to stop and a seed, or an object before them",
+                    args.size());
+        return poison(expr.span);
+    }
+    const auto is_number = [](const Type& type) { return type.is_numeric() && type.size == 1; };
+    if (!is_point(args[object]->type) || (object != 0 && !args[0]->type.is(Base::kObject)) ||
+        !is_number(args[object + 1]->type) || !is_number(args[object + 2]->type)) {
+        sink_->report(callee.span, diag::kNoOverload, callee.text, type_list(args))
+            .help(
+                "it takes a point, a `float3`, a `float` and an `int`, or an `Object` before them");
+        return poison(expr.span);
+    }
+    ExprPtr out = make(ExprKind::kWalkEnd, Type{Base::kFloat, 4}, expr.span);
+    args[object] = conversions_.implicit(std::move(args[object]), kFloat3Type);
+    args[object + 1] = conversions_.implicit(std::move(args[object + 1]), kFloatType);
+    args[object + 2] = conversions_.implicit(std::move(args[object + 2]), kIntType);
     out->args = std::move(args);
     return any_error(out->args) ? poison(expr.span) : std::move(out);
 }

@@ -21,6 +21,9 @@ class Queries {
     /// `nearest(p)` or `distance_to(object, p)`.
     ExprPtr surface(const ast::Expr& expr, std::vector<ExprPtr> args) const;
 
+    /// `walk_end(p, stop, seed)` or `walk_end(object, p, stop, seed)`.
+    ExprPtr walk(const ast::Expr& expr, std::vector<ExprPtr> args) const;
+
   private:
     bool is_in_volume(const ast::Expr& callee, const char* help) const;
 

@@ -158,6 +158,7 @@ enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
 ///                ImageTexture3D a float3}; type.size channels
 ///   Curve        args {Spline or ColorRamp, x}
 ///   Distance     args {point}; NearestPoint the same; DistanceTo args {object, point}
+///   WalkEnd      args {point, stop, seed}, before them an object or not
 ///   Set, Add     args {composition, material, weight}
 ///   Get          args {composition, material}
 ///   Clear        args {composition}; Total the same

@@ -90,10 +90,12 @@ class Evaluator {
 
     Word evaluate_query_result(const ir::Instr& instr) const {
         const ir::Instr& query = stage_.instrs[instr.args[0]];
-        std::array<Word, 4> args{};
-        for (size_t k = 0; k < args.size(); ++k)
+        std::array<Word, 6> args{};
+        for (size_t k = 0; k < query.args.size(); ++k)
             args[k] = values_[query.args[k]];
-        return args[0] == 0 ? 0 : machine_.query(query, instr, args);
+        return args[0] == 0
+                   ? 0
+                   : machine_.query(query, instr, std::span(args).first(query.args.size()));
     }
 
     Word evaluate_one(const ir::Instr& instr) const {

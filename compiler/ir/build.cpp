@@ -133,6 +133,13 @@ ValueId Builder::query(int32_t object, ValueId guard, const std::array<ValueId, 
     return add(std::move(instr));
 }
 
+ValueId Builder::walk(int32_t object, ValueId guard, const std::array<ValueId, 3>& point,
+                      ValueId stop, ValueId seed) {
+    Instr instr = make(Op::kQuery, Type::kBool, {guard, point[0], point[1], point[2], stop, seed});
+    instr.a = object;
+    return add(std::move(instr));
+}
+
 ValueId Builder::query_result(ValueId query, Type type, openfab_query_result kind, int32_t a,
                               int32_t b) {
     Instr instr = make(Op::kQueryResult, type, {query});

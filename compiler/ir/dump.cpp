@@ -90,7 +90,8 @@ constexpr const char* kStageNames[] = {
 constexpr const char* kUniformKindNames[] = {"value",     "texture2d", "material",
                                              "texture3d", "object",    "curve"};
 static_assert(std::size(kUniformKindNames) == OPENFAB_UNIFORM_CURVE + 1);
-constexpr const char* kQueryResultNames[] = {"distance", "position", "normal", "attribute"};
+constexpr const char* kQueryResultNames[] = {"distance",  "position", "normal",
+                                             "attribute", "end",      "end_on"};
 constexpr const char* kVoxelCoordNames[] = {"voxel_coord", "voxel_coord_lo", "voxel_coord_hi",
                                             "voxel_index"};
 

@@ -70,7 +70,8 @@ constexpr int32_t kOwnColor = 128;
 ///   LoopResult a = number of the LoopVar; args {loop end}: the first value where no trip ran, else
 ///           the next value that the last trip gave
 ///   Query   the surface point nearest to (x, y, z), part-local mm. a = -1: the part's own
-///           displaced surface; else the index among Object uniforms. args {guard, x, y, z}
+///           displaced surface; else the index among Object uniforms. args {guard, x, y, z}; of a
+///           random walk that ends at the surface or the object {guard, x, y, z, stop, seed}
 ///   QueryResult kind = openfab_query_result, a = nearest input, b = component; args {query}; 0
 ///           where the guard is false
 ///   Printf  a = index in Stage::printfs; args {guard, then each printed value}; never used, but
@@ -87,6 +88,12 @@ struct Instr {
     std::vector<ValueId> args;
     source::Span span;
 };
+
+/// Returns whether a Query is a random walk.
+inline bool is_walk(const Instr& query) {
+    constexpr size_t kWalkArgs = 6;
+    return query.args.size() == kWalkArgs;
+}
 
 /// Input kinds beyond openfab_arg_kind.
 /// kVoxelCoord: a = axis; float(part-relative voxel index along axis) + 0.5f, volume stage. The
@@ -357,6 +364,8 @@ class Builder {
     /// Emits a lookup in a picture or a volume; args as for Op::kSample.
     ValueId sample(int32_t texture, int32_t channel, std::vector<ValueId> args);
     ValueId query(int32_t object, ValueId guard, const std::array<ValueId, 3>& point);
+    ValueId walk(int32_t object, ValueId guard, const std::array<ValueId, 3>& point, ValueId stop,
+                 ValueId seed);
     ValueId query_result(ValueId query, Type type, openfab_query_result kind, int32_t a, int32_t b);
 
     /// Loops and printfs, which are never merged with equal ones.

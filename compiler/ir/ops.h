@@ -81,7 +81,7 @@
     X(LoopVar, "loop_var", 2, Own, Own) \
     X(LoopEnd, "loop_end", -1, Own, Own) \
     X(LoopResult, "loop_result", 1, Own, Own) \
-    X(Query, "query", 4, Own, Own) \
+    X(Query, "query", -1, Own, Own) \
     X(QueryResult, "query_result", 1, Own, Own) \
     X(Printf, "printf", -1, Own, Own)
 

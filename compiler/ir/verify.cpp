@@ -139,14 +139,9 @@ class Verifier {
             case Op::kLoopResult:
                 return check_loop_result(instr);
             case Op::kQuery:
-                for (size_t k = 1; k < instr.args.size(); ++k) {
-                    if (type_of(instr, k) != Type::kFloat) return "a coordinate is not a float";
-                }
-                return check_guarded(instr);
+                return check_query(instr);
             case Op::kQueryResult:
-                if (stage_.instrs[instr.args[0]].op != Op::kQuery) return "not of a query";
-                if (instr.kind < 0 || instr.kind > OPENFAB_QUERY_ATTRIBUTE) return "no such result";
-                return "";
+                return check_query_result(instr);
             case Op::kPrintf:
                 if (count == 0) return "no guard";
                 if (instr.a < 0 || static_cast<size_t>(instr.a) >= stage_.printfs.size()) {
@@ -205,6 +200,24 @@ class Verifier {
     std::string check_guarded(const Instr& instr) const {
         if (instr.type != Type::kBool) return "the type is bool";
         return type_of(instr, 0) != Type::kBool ? "the guard is not a bool" : "";
+    }
+
+    std::string check_query(const Instr& instr) const {
+        if (!is_walk(instr) && instr.args.size() != 4) return "4 arguments are right, of a walk 6";
+        for (size_t k = 1; k < instr.args.size(); ++k) {
+            const Type type = k < 5 ? Type::kFloat : Type::kInt;
+            if (type_of(instr, k) != type) return fmt::format("argument {} has a wrong type", k);
+        }
+        return check_guarded(instr);
+    }
+
+    std::string check_query_result(const Instr& instr) const {
+        const Instr& query = stage_.instrs[instr.args[0]];
+        if (query.op != Op::kQuery) return "not of a query";
+        const bool of_walk = instr.kind == OPENFAB_QUERY_END || instr.kind == OPENFAB_QUERY_END_ON;
+        if (instr.kind < 0 || instr.kind > OPENFAB_QUERY_END_ON || of_walk != is_walk(query))
+            return "no such result";
+        return "";
     }
 
     std::string check_loop_var(ValueId id, const Instr& instr) const {

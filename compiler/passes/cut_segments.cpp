@@ -285,9 +285,13 @@ class Cutter {
             out_.printfs.push_back(std::move(call));
             return;
         }
-        SegmentQuery query{instr.a, guard_state, {}, {}};
+        SegmentQuery query{instr.a, guard_state};
         for (size_t k = 0; k < query.point.size(); ++k)
             query.point[k] = keep(instr.args[k + 1]);
+        if (ir::is_walk(instr)) {
+            query.stop = keep(instr.args[4]);
+            query.seed = keep(instr.args[5]);
+        }
         for (ValueId id = barrier + 1; id < stage_.instrs.size(); ++id) {
             const Instr& result = at(id);
             if (result.op != Op::kQueryResult || result.args[0] != barrier) continue;

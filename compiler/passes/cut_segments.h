@@ -19,6 +19,8 @@ struct SegmentQuery {
     int32_t object = -1;
     int32_t guard = 0;
     std::array<int32_t, 3> point{};
+    int32_t stop = -1;  ///< of a walk, as in openfab_query
+    int32_t seed = -1;
     std::vector<openfab_query_output> outputs;
 };
 

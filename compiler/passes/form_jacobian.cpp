@@ -28,6 +28,7 @@ using Point = std::array<ValueId, 3>;
 constexpr size_t kAxes = 3;
 constexpr float kMostAmount = 0x1p126f;
 constexpr const char* kDisplaced = "the displacement of its surface";
+constexpr const char* kWalks = "where a random walk ends";
 constexpr const char* kCarried = "what the nearest surface point is, or has, where that moves";
 
 void clean(ir::Stage* stage) {
@@ -156,15 +157,17 @@ class VolumeSeeds : public UniformSeeds {
     }
 
     Mask active_result(const ir::Instr& query, const ir::Instr& result, Mask point) const override {
-        const Mask moves = point | (query.a < 0 ? carried_ | displaced_ : 0);
+        const bool own = query.a < 0 || ir::is_walk(query);
+        const Mask moves = point | (own ? carried_ | displaced_ : 0);
         return result.type == Type::kFloat ? moves : 0;
     }
 
     void query_changes(ValueId query, const ir::Instr& result, ValueId value,
                        std::span<const Point> points, std::vector<ValueId>* changes) override {
-        if (builder_.instr(query).a < 0 && displaced_ != 0) return refuse(result.span, kDisplaced);
-        if (result.kind != OPENFAB_QUERY_DISTANCE) return refuse(result.span, kCarried);
         const ir::Instr of = builder_.instr(query);
+        if (ir::is_walk(of)) return refuse(result.span, kWalks);
+        if (of.a < 0 && displaced_ != 0) return refuse(result.span, kDisplaced);
+        if (result.kind != OPENFAB_QUERY_DISTANCE) return refuse(result.span, kCarried);
         const Point at = {of.args[1], of.args[2], of.args[3]};
         Distance change;
         if (of.a < 0 && moving_ != 0) {

@@ -87,6 +87,8 @@ Value ExpressionTranslator::expression(const check::Expr& expr) {
             return queries_.nearest_point(expr);
         case check::ExprKind::kDistanceTo:
             return queries_.distance_to(expr);
+        case check::ExprKind::kWalkEnd:
+            return queries_.walk_end(expr);
         case check::ExprKind::kSet:
         case check::ExprKind::kAdd:
         case check::ExprKind::kGet:

@@ -137,6 +137,44 @@ Value Queries::distance_to(const check::Expr& expr) {
     return out;
 }
 
+/// If the object varies, each candidate has a walk of its own under the condition that it is selected.
+Value Queries::walk_end(const check::Expr& expr) {
+    const size_t first = expr.args.size() - 3;
+    const ValueId object =
+        first == 0 ? emit_.constant(kOwnSurface) : expressions_.scalar(*expr.args[0]);
+    const Value point = expressions_.expression(*expr.args[first]);
+    const ValueId stop = expressions_.scalar(*expr.args[first + 1]);
+    const ValueId seed = expressions_.scalar(*expr.args[first + 2]);
+    if (!rules_.asks_in_volume(expr, "walk_end") || budget_.gave_up || emit_.is_false(paths_.live))
+        return layout_.zero(expr.type);
+    emit_.set_span(expr.span);
+    const Value local = local_point(point);
+    const std::vector<int32_t> objects =
+        possible_indices(emit_, object, place_.fablet.ir.object_count);
+    Value out = layout_.zero(expr.type);
+    for (const int32_t index : objects) {
+        const ValueId here =
+            objects.size() == 1
+                ? emit_.constant(true)
+                : emit_.binary(Op::kEq, object,
+                               emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
+        const ValueId guard = emit_.logical_and(paths_.live, here);
+        if (emit_.is_false(guard)) continue;
+        const ValueId walk = emit_.walk(index, guard, {local[0], local[1], local[2]}, stop, seed);
+        Value end;
+        for (int32_t axis = 0; axis < 3; ++axis)
+            end.push_back(emit_.query_result(walk, ir::Type::kFloat, OPENFAB_QUERY_END, 0, axis));
+        end = formulas_.binary(Op::kAdd, end, inputs_.frame_vector(OPENFAB_FRAME_CENTER));
+        end.push_back(index < 0 ? emit_.constant(0.0f)
+                                : emit_.convert(emit_.query_result(walk, ir::Type::kInt,
+                                                                   OPENFAB_QUERY_END_ON, 0, 0),
+                                                ir::Type::kFloat));
+        for (size_t k = 0; k < out.size(); ++k)
+            out[k] = emit_.select(here, end[k], out[k]);
+    }
+    return out;
+}
+
 Value Queries::sample(const check::Expr& expr) {
     const ValueId texture = expressions_.scalar(*expr.args[0]);
     const ValueId channel = expressions_.scalar(*expr.args[1]);

@@ -33,6 +33,7 @@ class Queries {
     Value distance(const check::Expr& expr);
     Value nearest_point(const check::Expr& expr);
     Value distance_to(const check::Expr& expr);
+    Value walk_end(const check::Expr& expr);
     Value sample(const check::Expr& expr);
     Value numbered(const check::Expr& expr, int32_t kind, int32_t count);
 

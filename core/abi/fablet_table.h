@@ -35,7 +35,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 13
+#define OPENFAB_ABI_VERSION 14
 
 /* The columns that a slab kernel's list has, or any multiple. */
 #define OPENFAB_LISTED_COLUMNS 64
@@ -261,6 +261,8 @@ enum openfab_query_result {
     OPENFAB_QUERY_POSITION = 1,  /* b = axis, part-local mm */
     OPENFAB_QUERY_NORMAL = 2,    /* b = axis; unit, outward, of the winning micropolygon */
     OPENFAB_QUERY_ATTRIBUTE = 3, /* a = nearest input, b = component */
+    OPENFAB_QUERY_END = 4,       /* of a walk: b = axis, where it ends, part-local mm */
+    OPENFAB_QUERY_END_ON = 5,    /* of a walk: int, 1 if it ends on the object */
 };
 
 struct openfab_query_output {
@@ -270,12 +272,15 @@ struct openfab_query_output {
     int32_t state;
 };
 
-/* A nearest-surface query at any point. Where the guard is 0 there is no query and every output is
- * 0. */
+/* A nearest-surface query at any point, or a random walk from it (rule 24). Where the guard is 0 there is no query and
+ * every output is 0. */
 struct openfab_query {
-    int32_t object;   /* -1: the part's own surface; else the index among OPENFAB_UNIFORM_OBJECTs */
+    int32_t object;   /* -1: the part's own surface; else the index among OPENFAB_UNIFORM_OBJECTs,
+                         where a walk ends, too */
     int32_t guard;    /* state, int32 0 or 1 */
     int32_t point[3]; /* states, part-local mm of the querying part */
+    int32_t stop;     /* of a walk: state, a float, mm; -1: no walk */
+    int32_t seed;     /* of a walk: state, an int */
     int32_t output_count;
     const struct openfab_query_output* outputs;
 };

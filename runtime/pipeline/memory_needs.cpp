@@ -15,6 +15,7 @@
 #include "runtime/part/bind_textures.h"
 #include "runtime/pipeline/slab_parts.h"
 #include "runtime/volume/evaluate.h"
+#include "runtime/volume/point_queries.h"
 
 namespace openfab::pipeline {
 
@@ -54,6 +55,13 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
         if (p->solid->dicing() != nullptr) held += nearest::kHeldPatchBytes;
     }
     if (held > 0) held += pinned;
+    std::set<const volume::WalkLattice*> lattices;
+    for (const auto& p : parts) {
+        for (const auto& lattice : p->lattices) {
+            if (lattice != nullptr && lattices.insert(lattice.get()).second)
+                needs.fixed += static_cast<int64_t>(lattice->most_bytes());
+        }
+    }
     const int64_t blocks_x = (size.x + 7) / 8;
     const int64_t plane = (int64_t{size.x} * bits + 7) / 8 * size.y;
     int64_t batch = 0, bounds = 0, stored = 0;
@@ -84,6 +92,7 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
                      blocks_x * 8 * 2 * 8 * channels * 4;
     needs.per_row = blocks_x * (512 * (2 * channels + 1) + 64 * 7);
     needs.per_thread = batch + bounds + stored + kQueryScratchBytes + static_cast<int64_t>(held);
+    if (!lattices.empty()) needs.per_thread += int64_t{volume::PointQueries::kSpareBytes};
     return needs;
 }
 

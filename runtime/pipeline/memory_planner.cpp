@@ -97,6 +97,12 @@ size_t MemoryPlanner::max_pinned_bytes() const {
                                           static_cast<int64_t>(nearest::kMaxPinnedBytes)));
 }
 
+size_t MemoryPlanner::walk_bytes() const {
+    // Those of one part mostly take less than the most.
+    constexpr int64_t kLeast = 4 << 20, kMost = 192 << 20;
+    return static_cast<size_t>(std::clamp(budget_.bytes / 8, kLeast, kMost));
+}
+
 Result<MemoryPlan> MemoryPlanner::plan_with(const MemoryNeeds& needs, const CacheBudgets& caches,
                                             const SurfaceCounts& diced, int32_t slabs,
                                             int32_t max_slabs_in_flight) const {

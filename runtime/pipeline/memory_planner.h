@@ -62,6 +62,9 @@ class MemoryPlanner {
     /// Returns the bytes of displaced patches' trees that a thread may pin at once.
     size_t max_pinned_bytes() const;
 
+    /// Returns the bytes that the lattices of random walks may keep.
+    size_t walk_bytes() const;
+
     /// Plans the print of `slabs` slabs whose caches were chosen for `displaced` surfaces, of which
     /// the `diced` ones need theirs. If the budget is too small, caches shrink to their minimum;
     /// any rest goes to the trees. `max_slabs_in_flight` 0: as many as there are threads, and one

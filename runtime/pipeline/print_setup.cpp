@@ -268,6 +268,7 @@ Result<void> set_up(PrintSetup* p) {
     p->trees = nearest::make_patch_cache(caches.trees);
     nearest::set_max_pinned(p->trees.get(), planner.max_pinned_bytes());
     set_up_parts(p, caches.crossings);
+    volume::make_walk_lattices(p->parts, planner.walk_bytes());
     if (p->options.interrupted()) return interrupted_early();
     set_up_slabs(p);
     if (const Result<void> begun = begin_effects(*p); !begun) return begun;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "abi/looks.h"
 #include "runtime/part/part_mesh.h"
@@ -51,8 +52,10 @@ PointNeeds point_needs(const openfab_segments& segments) {
     PointNeeds needs;
     for (int32_t i = 0; i < segments.query_count; ++i) {
         const openfab_query& query = segments.queries[i];
-        if (query.object >= 0) continue;
+        const bool walks = query.stop >= 0;
+        if (query.object >= 0 && !walks) continue;
         needs.any = true;
+        needs.sign |= walks;
         for (int32_t k = 0; k < query.output_count; ++k) {
             const openfab_query_result kind = query.outputs[k].kind;
             needs.sign |= kind == OPENFAB_QUERY_DISTANCE;
@@ -186,6 +189,30 @@ void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& part
             }
         }
     }
+}
+
+size_t make_walk_lattices(const std::vector<std::unique_ptr<PlacedPart>>& parts, size_t bytes) {
+    // Walks that end on the own surface alone are the same for all parts that share it.
+    using Key = std::pair<int32_t, size_t>;
+    std::map<Key, std::vector<std::shared_ptr<WalkLattice>*>> wanted;
+    for (const auto& part : parts) {
+        const openfab_segments& segments = part->part->fablet->volume_segments;
+        part->lattices.resize(part->targets.size() + 1);
+        for (int32_t q = 0; q < segments.query_count; ++q) {
+            if (segments.queries[q].stop < 0) continue;
+            const auto number = static_cast<size_t>(segments.queries[q].object + 1);
+            wanted[{number == 0 ? part->owner : part->index, number}].push_back(
+                &part->lattices[number]);
+        }
+    }
+    for (const auto& [key, places] : wanted) {
+        const auto lattice =
+            std::make_shared<WalkLattice>(parts[static_cast<size_t>(key.first)]->solid->bounds(),
+                                          key.second > 0, bytes / wanted.size());
+        for (std::shared_ptr<WalkLattice>* place : places)
+            *place = lattice;
+    }
+    return wanted.size();
 }
 
 namespace {

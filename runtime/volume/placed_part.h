@@ -16,6 +16,7 @@
 #include "runtime/solid/cut/cut.h"
 #include "runtime/solid/solid.h"
 #include "runtime/surface/surface.h"
+#include "runtime/volume/walk_lattice.h"
 
 namespace openfab::volume {
 
@@ -77,6 +78,8 @@ struct PlacedPart {
     std::unique_ptr<solid::Placed> placed;
     std::unique_ptr<const solid::Cut> cut;          ///< of a piece
     std::vector<std::vector<QueryTarget>> targets;  ///< by index among the Object uniforms
+    /// Of walks that end on the part's own surface; then by index among the Object uniforms. Null without such walks.
+    std::vector<std::shared_ptr<WalkLattice>> lattices;
     std::array<float, OPENFAB_FRAME_COUNT> frame{};
     Vec3i base;               ///< voxel of the grid with part-relative index 0
     Box3i box;                ///< voxels that may be covered, hi exclusive, cut to the grid
@@ -106,6 +109,10 @@ struct PlacedPart {
 /// Resolves the objects whose distance the parts' fablets query. All parts must be set up.
 void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& parts,
                             const solid::QuerySetUp& queries);
+
+/// Makes the lattices of the parts' walks, which keep that many bytes together; returns how many there are. All parts must
+/// be set up.
+size_t make_walk_lattices(const std::vector<std::unique_ptr<PlacedPart>>& parts, size_t bytes);
 
 /// Returns for each part the first one with the same solid: alike (solid::Kind), and of the same
 /// fablet, or another plain one (part_mesh.h) with the same needs.

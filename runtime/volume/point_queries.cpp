@@ -84,7 +84,7 @@ PointPacket PointQueries::centres(int32_t group) const {
 }
 
 abi::KernelStatus PointQueries::ask(const solid::Placed& placed, int32_t part,
-                                    const std::vector<PointPacket>& points) {
+                                    const std::vector<PointPacket>& points, bool scattered) {
     std::unique_ptr<solid::Scratch>& scratch = scratch_[part];
     if (scratch == nullptr) scratch = placed.make_scratch();
     nearest::Engine::Scratch& engine = *scratch->engine;
@@ -95,7 +95,7 @@ abi::KernelStatus PointQueries::ask(const solid::Placed& placed, int32_t part,
     answers_.resize(points.size());
     // Voxels side by side that ask for points beside their own are near each other already.
     const float near_mm = kNearVoxels * part_->largest_pitch_mm;
-    if (!PointOrder::scattered(points, near_mm)) {
+    if (!scattered || !PointOrder::scattered(points, near_mm)) {
         placed.engine()->query_points(points, kAnywhere, &engine, answers_.data());
         return status();
     }
@@ -120,12 +120,13 @@ abi::KernelStatus PointQueries::answer(const openfab_query& query, std::span<con
             std::fill_n(states[query.outputs[i].state] + kLanes * group, kLanes, 0u);
     }
     if (groups_.empty()) return {};
+    if (query.stop >= 0) return answer_walk(query, states);
     return query.object < 0 ? answer_own(query, states) : answer_object(query, states);
 }
 
 abi::KernelStatus PointQueries::answer_own(const openfab_query& query,
                                            const segments::States& states) {
-    const abi::KernelStatus status = ask(*part_->placed, part_->owner, points_);
+    const abi::KernelStatus status = ask(*part_->placed, part_->owner, points_, true);
     if (!status.ok()) return status;
     for (size_t k = 0; k < groups_.size(); ++k) {
         if (part_->points.sign) write_distance(query, k, states);
@@ -191,12 +192,11 @@ void PointQueries::write_surface(const openfab_query& query, int32_t group,
     part_->placed->read_points(answer, targets, scratch_[part_->owner].get());
 }
 
-abi::KernelStatus PointQueries::answer_object(const openfab_query& query,
-                                              const segments::States& states) {
-    least_.resize(groups_.size());
+abi::KernelStatus PointQueries::find_least(int32_t object, bool scattered) {
+    least_.resize(points_.size());
     for (auto& least : least_)
         least.fill(kAnywhere);
-    for (const QueryTarget& target : part_->targets[query.object]) {
+    for (const QueryTarget& target : part_->targets[object]) {
         moved_ = points_;
         for (PointPacket& group : moved_) {
             for (size_t l = 0; l < kLanes; ++l) {
@@ -206,7 +206,7 @@ abi::KernelStatus PointQueries::answer_object(const openfab_query& query,
                     group.p[a][l] = q[static_cast<int>(a)];
             }
         }
-        const abi::KernelStatus status = ask(*target.placed, target.part, moved_);
+        const abi::KernelStatus status = ask(*target.placed, target.part, moved_, scattered);
         if (!status.ok()) return status;
         for (size_t k = 0; k < moved_.size(); ++k) {
             const uint32_t inside =
@@ -217,6 +217,13 @@ abi::KernelStatus PointQueries::answer_object(const openfab_query& query,
             }
         }
     }
+    return {};
+}
+
+abi::KernelStatus PointQueries::answer_object(const openfab_query& query,
+                                              const segments::States& states) {
+    const abi::KernelStatus status = find_least(query.object, true);
+    if (!status.ok()) return status;
     for (size_t k = 0; k < groups_.size(); ++k) {
         for (int32_t i = 0; i < query.output_count; ++i) {
             float* to = floats(states, query.outputs[i].state, groups_[k]);
@@ -225,6 +232,105 @@ abi::KernelStatus PointQueries::answer_object(const openfab_query& query,
         }
     }
     return {};
+}
+
+/// The nodes of a lattice of walks.
+bool PointQueries::sample(std::span<const Vec3f> points, float* own, float* object) {
+    points_.clear();
+    for (size_t k = 0; k < points.size(); ++k) {
+        const size_t lane = k % kLanes;
+        if (lane == 0) points_.emplace_back().mask = 0;
+        points_.back().mask |= 1u << lane;
+        for (size_t a = 0; a < 3; ++a)
+            points_.back().p[a][lane] = points[k][static_cast<int>(a)];
+    }
+    if (!ask(*part_->placed, part_->owner, points_, false).ok()) return false;
+    uint32_t inside = 0;
+    for (size_t k = 0; k < points.size(); ++k) {
+        const size_t packet = k / kLanes, lane = k % kLanes;
+        if (lane == 0)
+            inside = part_->placed->inside(points_[packet], answers_[packet], {},
+                                           scratch_[part_->owner].get());
+        // Positive inside.
+        own[k] = with_sign(std::sqrt(answers_[packet].distance2[lane]), (inside >> lane & 1) == 0);
+    }
+    if (object == nullptr) return true;
+    if (!find_least(walks_to_, false).ok()) return false;
+    for (size_t k = 0; k < points.size(); ++k)
+        object[k] = least_[k / kLanes][k % kLanes];
+    return true;
+}
+
+/// Reads from the shared lattice, and where that is full, from one of this thread. False: the print is to stop.
+bool PointQueries::read(WalkLattice* lattice, std::span<WalkLattice::Point> points) {
+    using Outcome = WalkLattice::Outcome;
+    lattice->read(points, this);
+    for (WalkLattice::Point& point : points) {
+        if (point.outcome == Outcome::kFull) {
+            if (spare_ == nullptr) spare_ = lattice->another(kSpareBytes);
+            spare_->read({&point, 1}, this);
+        }
+        if (point.outcome == Outcome::kFull) {
+            spare_->clear();
+            spare_->read({&point, 1}, this);
+        }
+        if (point.outcome == Outcome::kStopped) return false;
+    }
+    return true;
+}
+
+abi::KernelStatus PointQueries::answer_walk(const openfab_query& query,
+                                            const segments::States& states) {
+    WalkLattice* const lattice = part_->lattices[static_cast<size_t>(query.object + 1)].get();
+    walks_to_ = query.object;
+    if (spare_of_ != lattice) spare_ = nullptr;
+    spare_of_ = lattice;
+    walked_ = points_;  // which the lattice's queries overwrite
+    const auto write = [&](size_t lane, const WalkEnd& end) {
+        const int32_t at = kLanes * groups_[lane / kLanes] + static_cast<int32_t>(lane % kLanes);
+        for (int32_t i = 0; i < query.output_count; ++i) {
+            const openfab_query_output& out = query.outputs[i];
+            states[out.state][at] = out.kind == OPENFAB_QUERY_END
+                                        ? std::bit_cast<uint32_t>(end.at[out.b])
+                                        : (end.on_object ? 1u : 0u);
+        }
+    };
+    // As many walks at once as are read together; where one ends, the next one begins.
+    std::array<Walk, WalkLattice::kMostPoints> walks;
+    std::array<size_t, WalkLattice::kMostPoints> lanes{};
+    std::array<WalkLattice::Point, WalkLattice::kMostPoints> points;
+    size_t next = 0, open = 0;
+    while (true) {
+        for (; open < walks.size() && next < kLanes * groups_.size(); ++next) {
+            const PointPacket& packet = walked_[next / kLanes];
+            const size_t l = next % kLanes;
+            if (!packet.asks(l)) {
+                write(next, {});
+                continue;
+            }
+            const size_t at = kLanes * static_cast<size_t>(groups_[next / kLanes]) + l;
+            walks[open] = Walk(packet.point(l), std::bit_cast<float>(states[query.stop][at]),
+                               static_cast<int32_t>(states[query.seed][at]));
+            lanes[open++] = next;
+        }
+        if (open == 0) return {};
+        for (size_t k = 0; k < open; ++k) {
+            points[k].p = walks[k].asks();
+            points[k].stop = walks[k].stop();
+        }
+        if (!read(lattice, std::span(points).first(open))) return abi::KernelStatus::stopped();
+        size_t still = 0;
+        for (size_t k = 0; k < open; ++k) {
+            walks[k].take(points[k].outcome == WalkLattice::Outcome::kRead, points[k].field);
+            if (!walks[k].under_way()) {
+                write(lanes[k], walks[k].result());
+                continue;
+            }
+            if (still != k) walks[still] = walks[k];
+            lanes[still++] = lanes[k];
+        }
+        open = still;
+    }
 }
 
 }  // namespace openfab::volume

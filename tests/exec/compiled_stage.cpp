@@ -39,7 +39,9 @@ class ElementEnvironment : public interp::Environment {
     uint32_t query(const ir::Instr& /*query*/, const ir::Instr& result,
                    std::span<const uint32_t> args) const override {
         const auto at = [&](size_t k) { return std::bit_cast<float>(args[k]); };
-        return answer(result.kind, result.b, at(1), at(2), at(3));
+        const bool walks = args.size() > 4;
+        return answer(result.kind, result.b, at(1), at(2), at(3), walks ? at(4) : 0,
+                      walks ? args[5] : 0);
     }
 
   private:
@@ -177,8 +179,11 @@ class SegmentWalk : public interp::Environment {
         const auto state = [&](int32_t k) { return states_[k]; };
         const auto at = [&](size_t k) { return std::bit_cast<float>(state(query.point[k])); };
         for (const openfab_query_output& out : query.outputs) {
-            states_[out.state] =
-                state(query.guard) == 0 ? 0 : answer(out.kind, out.b, at(0), at(1), at(2));
+            const float stop = query.stop < 0 ? 0 : std::bit_cast<float>(state(query.stop));
+            const uint32_t seed = query.seed < 0 ? 0 : state(query.seed);
+            states_[out.state] = state(query.guard) == 0
+                                     ? 0
+                                     : answer(out.kind, out.b, at(0), at(1), at(2), stop, seed);
         }
     }
 
@@ -296,12 +301,16 @@ StageResults CompiledStage::run_segments(const openfab_segments& segments, openf
     return results;
 }
 
-uint32_t answer(int32_t kind, int32_t b, float x, float y, float z) {
+uint32_t answer(int32_t kind, int32_t b, float x, float y, float z, float stop, uint32_t seed) {
     switch (kind) {
         case OPENFAB_QUERY_DISTANCE:
             return std::bit_cast<uint32_t>((x - y) * 0.5f + z);
         case OPENFAB_QUERY_ATTRIBUTE:
             return x > y ? 3u : 0xfffffff0u;
+        case OPENFAB_QUERY_END:
+            return std::bit_cast<uint32_t>(x + 2 * stop);
+        case OPENFAB_QUERY_END_ON:
+            return seed & (y > stop ? 3u : 5u);
         default:
             return std::bit_cast<uint32_t>(b == 1 ? y + 0.25f : x - 0.5f);
     }

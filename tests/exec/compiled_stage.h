@@ -88,7 +88,8 @@ void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
                        const ir::Stage* demand = nullptr);
 
 /// The answers of queries in these tests, by position, and the same on every path.
-uint32_t answer(int32_t kind, int32_t b, float x, float y, float z);
+uint32_t answer(int32_t kind, int32_t b, float x, float y, float z, float stop = 0,
+                uint32_t seed = 0);
 
 /// Compares results bit for bit, treating all NaNs as equal, and reports the first differences.
 void expect_equal(const ir::Stage& stage, const StageResults& expected, const StageResults& got,

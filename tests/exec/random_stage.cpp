@@ -146,6 +146,11 @@ class Generator {
         note(b_.query_result(query, Type::kFloat, OPENFAB_QUERY_DISTANCE, 0, 0));
         note(b_.query_result(query, Type::kFloat, OPENFAB_QUERY_POSITION, 0, 1));
         note(b_.query_result(query, Type::kInt, OPENFAB_QUERY_ATTRIBUTE, 1, 0));
+        const ValueId walk = b_.walk(-1, pick(Type::kBool),
+                                     {pick(Type::kFloat), pick(Type::kFloat), pick(Type::kFloat)},
+                                     pick(Type::kFloat), pick(Type::kInt));
+        note(b_.query_result(walk, Type::kFloat, OPENFAB_QUERY_END, 0, 1));
+        note(b_.query_result(walk, Type::kInt, OPENFAB_QUERY_END_ON, 0, 0));
     }
 
     void note(ValueId value) { values_[b_.type(value)].push_back(value); }

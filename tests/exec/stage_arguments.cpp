@@ -116,10 +116,12 @@ abi::KernelStatus SegmentHost::query(const openfab_query& query, std::span<const
             const auto at = [&](int32_t k) { return std::bit_cast<float>(states[k][i]); };
             for (int32_t k = 0; k < query.output_count; ++k) {
                 const openfab_query_output& out = query.outputs[k];
-                states[out.state][i] = states[query.guard][i] == 0
-                                           ? 0
-                                           : answer(out.kind, out.b, at(query.point[0]),
-                                                    at(query.point[1]), at(query.point[2]));
+                states[out.state][i] =
+                    states[query.guard][i] == 0
+                        ? 0
+                        : answer(out.kind, out.b, at(query.point[0]), at(query.point[1]),
+                                 at(query.point[2]), query.stop < 0 ? 0 : at(query.stop),
+                                 query.seed < 0 ? 0 : states[query.seed][i]);
             }
         }
     }

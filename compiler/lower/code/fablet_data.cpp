@@ -110,6 +110,8 @@ openfab_segments FabletData::make_segments(const passes::SegmentedStage& segment
         queries.push_back({q.object,
                            q.guard,
                            {q.point[0], q.point[1], q.point[2]},
+                           q.stop,
+                           q.seed,
                            static_cast<int32_t>(outputs.size()),
                            outputs.data()});
     }

@@ -171,8 +171,8 @@ class TableWriter {
         line("static const struct openfab_query {}_queries[] = {{", prefix);
         for (size_t k = 0; k < queries.size(); ++k) {
             const openfab_query& q = queries[k];
-            line("    {{{}, {}, {{{}, {}, {}}}, {}, {}_q{}}},", q.object, q.guard, q.point[0],
-                 q.point[1], q.point[2], q.output_count, prefix, k);
+            line("    {{{}, {}, {{{}, {}, {}}}, {}, {}, {}, {}_q{}}},", q.object, q.guard,
+                 q.point[0], q.point[1], q.point[2], q.stop, q.seed, q.output_count, prefix, k);
         }
         line("    {{0}}}};");
         const auto printfs = listed(segments.printfs, segments.printf_count);

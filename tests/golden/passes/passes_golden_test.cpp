@@ -120,6 +120,7 @@ std::string segments_text(const SegmentedStage& segments) {
         const SegmentQuery& query = segments.queries[k];
         out += fmt::format("  query {} of object {}: guard {}, point {}; gives", k, query.object,
                            query.guard, fmt::join(query.point, " "));
+        if (query.stop >= 0) out += fmt::format(" {} {}", query.stop, query.seed);
         for (const openfab_query_output& output : query.outputs)
             out += fmt::format(" {}", output.state);
         out += '\n';

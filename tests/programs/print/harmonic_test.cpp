@@ -39,11 +39,12 @@ class Harmonic : public ::testing::Test {
                 {}};
     }
 
-    void write(const std::string& mesh, const std::string& code, const std::string& core = "") {
+    void write(const std::string& mesh, const std::string& code, const std::string& core = "",
+               const std::string& shape = "") {
         scratch_.write("f.fl",
                        "import harmonic;\nfablet F { @uniform { Material white, black; " +
-                           std::string(core.empty() ? "" : "Object core; ") +
-                           "}\n@Volume(@varying { VolumeAttributes attr }) { float3 p = "
+                           std::string(core.empty() ? "" : "Object core; ") + "}\n" + shape +
+                           "@Volume(@varying { VolumeAttributes attr }) { float3 p = "
                            "attr.voxelCenter;\n" +
                            code +
                            "\nMaterialComposition mc; mc.Set(white, u); mc.Set(black, 1 - u); "
@@ -177,8 +178,8 @@ TEST_F(Harmonic, PolynomialsOnBallAndBox) {
             const Errors e = errors(print(), polynomial.value);
             EXPECT_GT(e.voxels, 30000);
             EXPECT_LT(std::fabs(e.mean), 1e-3);
-            // Walks do not know of each other.
-            EXPECT_LT(e.of_cubes, 1.2 * e.of_a_voxel / std::sqrt(512));
+            // Walks do not know of each other: 1, within a seventh for some thirty cubes.
+            EXPECT_LT(e.of_cubes, 1.5 * e.of_a_voxel / std::sqrt(512));
             EXPECT_LT(std::fabs(e.slope), 0.015);
         }
     }
@@ -199,20 +200,18 @@ TEST_F(Harmonic, MeansOfCubesAreWithinAThousandth) {
     }
 }
 
-TEST_F(Harmonic, ErrorsFallWithTheSquareOfTheStop) {
-    double slopes[2];
-    for (const int k : {0, 1}) {
+// Values are read on the surface, a `stop` of a quarter and a twelfth of the radius from where walks are last.
+TEST_F(Harmonic, ErrorsOfALargeStopAreSmall) {
+    for (const double stop : {1.2, 0.4}) {
         write(
             R"({"sphere": 10})",
             fmt::format(
-                "float u = 0; for (int k = 0; k < 8; ++k) {{ float3 x = harmonic_point(p, {}, k); "
-                "u += ({}) / 8; }}",
-                k == 0 ? 1.2 : 0.4, kPolynomials[0].code));
-        slopes[k] = errors(print(), kPolynomials[0].value).slope;
+                "float u = 0; for (int k = 0; k < 8; ++k) {{ float3 x = nearest(harmonic_point(p, "
+                "{}, k)).position; u += ({}) / 8; }}",
+                stop, kPolynomials[0].code));
+        // A walk that simply stopped there would be off by some 0.5 stop / 5; chance is 0.003.
+        EXPECT_LT(std::fabs(errors(print(), kPolynomials[0].value).slope), 0.01) << stop;
     }
-    EXPECT_LT(std::fabs(slopes[1]), std::fabs(slopes[0]) / 4);
-    // A walk that simply stopped there would be off by some 0.2 / 5.
-    EXPECT_LT(std::fabs(slopes[1]), 0.02);
 }
 
 TEST_F(Harmonic, BetweenTwoBalls) {
@@ -225,6 +224,28 @@ TEST_F(Harmonic, BetweenTwoBalls) {
     EXPECT_GT(e.voxels, 25000);
     EXPECT_LT(std::fabs(e.mean), 1e-3);
     EXPECT_LT(std::fabs(e.slope), 0.01);
+}
+
+// Inner edges, where balls are small, and a surface that is bent on a small scale.
+TEST_F(Harmonic, PolynomialsInARoughShapeWithInnerEdges) {
+    for (const char* body :
+         {"max(length(p) - 5, -max(-p.x, -p.y))",
+          "length(p) - 4.5 + 0.25 * sin(4 * p.x) * sin(4 * p.y) * sin(4 * p.z)"}) {
+        SCOPED_TRACE(body);
+        write(
+            R"({"shape": "f", "box_mm": [[-5.2, -5.2, -5.2], [5.2, 5.2, 5.2]]})",
+            fmt::format("float u = 0; for (int k = 0; k < 4; ++k) {{ float3 x = harmonic_point(p, "
+                        "0.01, k); u += ({}) / 4; }}",
+                        kPolynomials[0].code),
+            "",
+            fmt::format("@Shape(@varying {{ ShapeAttributes attr }}) {{ float3 p = attr.p; "
+                        "return {}; }}",
+                        body));
+        const Errors e = errors(print(), kPolynomials[0].value);
+        EXPECT_GT(e.voxels, 20000);
+        EXPECT_LT(std::fabs(e.mean), 1e-3);
+        EXPECT_LT(std::fabs(e.slope), 0.01);
+    }
 }
 
 TEST_F(Harmonic, AlongALineAndByDistance) {
@@ -248,11 +269,15 @@ TEST_F(Harmonic, AlongALineAndByDistance) {
 
 TEST_F(Harmonic, SameVoxelsForThreadsAndSlices) {
     write(R"({"sphere": 6})",
-          "float3 x = harmonic_point(p, 0.01, 1); float u = 0.5 + x.x / 8 + 0 * distance_to(core, "
-          "p);",
+          "HarmonicEnd end = harmonic_between(p, core, 0.01, 1); float u = end.on_object ? 0.1 : "
+          "0.5 + "
+          "(end.at.x + harmonic_point(p, 0.02, 2).y) / 16;",
           R"({"sphere": 2})");
     const Values whole = print({"--threads", "1"});
     EXPECT_TRUE(print({"--threads", "3"}).white == whole.white);
+    EXPECT_TRUE(print({"--threads", "2", "--isa", "sse41"}).white == whole.white);
+    // Where the lattice is not kept.
+    EXPECT_TRUE(print({"--threads", "1", "--memory", "90MB"}).white == whole.white);
     const Values some = print({"--slices", "5:14"});
     const size_t slice = some.white.size() / 9;
     EXPECT_TRUE(std::equal(some.white.begin(), some.white.end(),

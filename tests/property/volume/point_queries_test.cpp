@@ -42,8 +42,8 @@ const openfab_query_output kOwnOutputs[] = {
 };
 const openfab_query_output kObjectOutputs[] = {{OPENFAB_QUERY_DISTANCE, 0, 0, kToObject}};
 const openfab_query kQueries[] = {
-    {-1, kGuard, {kPoint, kPoint + 1, kPoint + 2}, 10, kOwnOutputs},
-    {0, kGuard, {kPoint, kPoint + 1, kPoint + 2}, 1, kObjectOutputs},
+    {-1, kGuard, {kPoint, kPoint + 1, kPoint + 2}, -1, -1, 10, kOwnOutputs},
+    {0, kGuard, {kPoint, kPoint + 1, kPoint + 2}, -1, -1, 1, kObjectOutputs},
 };
 
 /// The hand-written fablet with a volume stage that makes both queries.

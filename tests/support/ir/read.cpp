@@ -125,7 +125,7 @@ class Reader {
     }
     int32_t next_query_result() {
         const std::string word = next();
-        for (int32_t kind = 0; kind <= OPENFAB_QUERY_ATTRIBUTE; ++kind) {
+        for (int32_t kind = 0; kind <= OPENFAB_QUERY_END_ON; ++kind) {
             if (word == query_result_name(kind)) return kind;
         }
         fail(fmt::format("no result of a query `{}`", word));

@@ -174,6 +174,15 @@ TEST(Jacobian, RefusesByName) {
     EXPECT_EQ(refused(uniforms + volume +
                       "mc.Set(m, u * hash(floor(u * attr.voxelCenter))); return mc; } }"),
               "");
+    for (const char* place : {"attr.voxelCenter * u, 0.1", "attr.voxelCenter, u"}) {
+        EXPECT_EQ(
+            refused(uniforms + volume + "mc.Set(m, walk_end(" + place + ", 1).x); return mc; } }"),
+            "where a random walk ends\n")
+            << place;
+    }
+    EXPECT_EQ(refused(uniforms + volume +
+                      "mc.Set(m, u * walk_end(attr.voxelCenter, 0.1, 1).x); return mc; } }"),
+              "");
 }
 
 /// The share of m0, 20 + d to 20, where d is the distance to a shape in a box that is asked at the voxel.

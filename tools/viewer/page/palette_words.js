@@ -54,6 +54,7 @@ const kWords = {
     shell_onion: ["layers like those of an onion", "layers skin"],
     distance: ["how far it is to the surface, negative inside", "depth skin sdf"],
     distance_to: ["how far it is to another object", "near sdf"],
+    walk_end: ["where a random walk meets the surface", "harmonic diffusion"],
     map_planar: ["where a picture goes that is laid on flat", "photo logo image projection decal"],
     map_box: ["where a picture goes, from six sides", "photo logo image projection decal"],
     map_on_side: ["where a picture goes on one side", "photo logo image projection decal"],
