@@ -3,6 +3,8 @@
 #include "mechanics/solver/conjugate_gradients.h"
 
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "mechanics/solver/parallel.h"
 
@@ -22,13 +24,20 @@ SolveReport solve(const ElementOperator<C>& a, Multigrid<C>* preconditioner, Fie
         return report;
     }
     Field<double, C> r(g), p(g), q(g);
+    // Sums of planes, each made while the plane is in the cache.
+    std::vector<double> sums(static_cast<size_t>(g.nodes[2]));
+    const auto sum = [&] { return std::accumulate(sums.begin(), sums.end(), 0.0); };
+    double size = 0;  // of r
     const auto take_residual = [&] {
-        a.apply(x, &q);
-        for_rows<C>(g, [&](int c, int32_t y, int32_t z, int32_t n) {
-            for (int32_t i = 0; i < n; ++i)
-                r.row(c, y, z)[i] = b->row(c, y, z)[i] - q.row(c, y, z)[i];
+        a.apply(x, &q, nullptr, [&](int32_t z) {
+            for (int32_t y = 0; y < g.nodes[1]; ++y)
+                for (int c = 0; c < C; ++c)
+                    for (int32_t i = 0; i < g.nodes[0]; ++i)
+                        r.row(c, y, z)[i] = b->row(c, y, z)[i] - q.row(c, y, z)[i];
+            sums[static_cast<size_t>(z)] = dot(r, r, z);
         });
-        return std::sqrt(dot(r, r)) / wanted;
+        size = std::sqrt(sum());
+        return size / wanted;
     };
     report.residual = take_residual();
     // Again from the true residual where the one that was carried along had moved away from it.
@@ -36,8 +45,8 @@ SolveReport solve(const ElementOperator<C>& a, Multigrid<C>* preconditioner, Fie
         double old = 0;
         double carried = report.residual;
         while (carried > options.tolerance && report.iterations < options.most_iterations) {
-            const Field<float, C>& z_ = preconditioner->apply(r);
-            const double rho = dot(z_, r);
+            double rho = 0;
+            const Field<float, C>& z_ = preconditioner->apply(r, size, &rho);
             if (!(rho > 0) || !std::isfinite(rho)) {
                 preconditioner->widen();
                 break;
@@ -50,21 +59,27 @@ SolveReport solve(const ElementOperator<C>& a, Multigrid<C>* preconditioner, Fie
                 for (int32_t i = 0; i < n; ++i)
                     to[i] = static_cast<double>(from[i]) + beta * to[i];
             });
-            a.apply(&p, &q);
-            const double curvature = dot(p, q);
+            a.apply(&p, &q, nullptr,
+                    [&](int32_t z) { sums[static_cast<size_t>(z)] = dot(p, q, z); });
+            const double curvature = sum();
             if (!(curvature > 0) || !std::isfinite(curvature)) break;
             const double alpha = rho / curvature;
-            for_rows<C>(g, [&](int c, int32_t y, int32_t z, int32_t n) {
-                double* xs = x->row(c, y, z);
-                double* rs = r.row(c, y, z);
-                const double* ps = p.row(c, y, z);
-                const double* qs = q.row(c, y, z);
-                for (int32_t i = 0; i < n; ++i) {
-                    xs[i] += alpha * ps[i];
-                    rs[i] -= alpha * qs[i];
-                }
+            for_each_index(g.nodes[2], [&](int32_t z) {
+                for (int32_t y = 0; y < g.nodes[1]; ++y)
+                    for (int c = 0; c < C; ++c) {
+                        double* xs = x->row(c, y, z);
+                        double* rs = r.row(c, y, z);
+                        const double* ps = p.row(c, y, z);
+                        const double* qs = q.row(c, y, z);
+                        for (int32_t i = 0; i < g.nodes[0]; ++i) {
+                            xs[i] += alpha * ps[i];
+                            rs[i] -= alpha * qs[i];
+                        }
+                    }
+                sums[static_cast<size_t>(z)] = dot(r, r, z);
             });
-            carried = std::sqrt(dot(r, r)) / wanted;
+            size = std::sqrt(sum());
+            carried = size / wanted;
             ++report.iterations;
             if (options.progress && !options.progress(report.iterations, carried)) {
                 report.stopped = true;

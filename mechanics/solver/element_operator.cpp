@@ -93,11 +93,35 @@ void ElementOperator<C>::add_row(int32_t y, int32_t z, const Field<T, C>& x, Fie
 
 template <int C>
 template <typename T>
-void ElementOperator<C>::apply(Field<T, C>* x, Field<T, C>* y, const double* mean) const {
-    for_each_index(grid_.nodes[2], [&](int32_t z) {
+void ElementOperator<C>::finish(Field<T, C>* y, int32_t z) const {
+    for (int32_t row = 0; row < grid_.nodes[1]; ++row)
+        for (int c = 0; c < C; ++c) {
+            T* p = y->row(c, row, z);
+            if (grid_.periodic) p[0] += p[grid_.nodes[0]];
+            p[grid_.nodes[0]] = T(0);
+        }
+    fix(y, z);
+}
+
+template <int C>
+template <typename T>
+void ElementOperator<C>::apply(Field<T, C>* x, Field<T, C>* y, const double* mean,
+                               const PlaneDone& done) const {
+    const int32_t layers = grid_.elements[2], planes = grid_.nodes[2];
+    const auto begin_plane = [&](int32_t z) {
         x->fill_ghosts(z);
         std::fill_n(y->plane(z), y->plane_size(), T(0));
-    });
+    };
+    const auto end_plane = [&](int32_t z) {
+        finish(y, z);
+        if (done) done(z);
+    };
+    // Planes between blocks of layers begin before all and end after all, others while they are in the cache.
+    const auto for_shared = [&](const auto& f) {
+        for_each_index((planes + kLayerBlock - 1) / kLayerBlock,
+                       [&](int32_t i) { f(i * kLayerBlock); });
+        if (layers < planes && layers % kLayerBlock != 0) f(layers);
+    };
     T strain[6] = {};
     if (mean)
         for (int i = 0; i < 2 * C && i < (C == 3 ? 6 : 3); ++i)
@@ -105,27 +129,18 @@ void ElementOperator<C>::apply(Field<T, C>* x, Field<T, C>* y, const double* mea
     if (mean && C == 1)
         for (int i = 0; i < 3; ++i)
             strain[i] = static_cast<T>(8 * mean[i]);
-    for_layer_blocks(grid_.elements[2], grid_.periodic, [&](int32_t begin, int32_t end) {
+    for_shared(begin_plane);
+    for_layer_blocks(layers, grid_.periodic, [&](int32_t begin, int32_t end) {
         std::vector<T> scratch(static_cast<size_t>(12 * C) *
                                (static_cast<size_t>(grid_.elements[0]) + 1));
-        for (int32_t z = begin; z < end; ++z)
+        for (int32_t z = begin; z < end; ++z) {
+            if (z + 1 < end) begin_plane(z + 1);
             for (int32_t row = 0; row < grid_.elements[1]; ++row)
                 add_row(row, z, *x, y, mean ? strain : nullptr, scratch.data());
-    });
-    for_each_index(grid_.nodes[2], [&](int32_t z) {
-        if (grid_.periodic) {
-            // What the last elements of rows gave to the ghosts belongs to the first nodes.
-            for (int32_t row = 0; row < grid_.nodes[1]; ++row)
-                for (int c = 0; c < C; ++c) {
-                    T* p = y->row(c, row, z);
-                    p[0] += p[grid_.nodes[0]];
-                }
+            if (z > begin) end_plane(z);
         }
-        for (int32_t row = 0; row < grid_.nodes[1]; ++row)
-            for (int c = 0; c < C; ++c)
-                y->row(c, row, z)[grid_.nodes[0]] = T(0);
-        fix(y, z);
     });
+    for_shared(end_plane);
 }
 
 template <int C>
@@ -192,39 +207,45 @@ void ElementOperator<C>::inverse_diagonal(Field<float, C>* out) const {
 }
 
 template <typename A, typename B, int C>
-double dot(const Field<A, C>& a, const Field<B, C>& b) {
+double dot(const Field<A, C>& a, const Field<B, C>& b, int32_t z) {
     const RowKernels& k = row_kernels();
     const auto n = static_cast<size_t>(a.nodes(0));
-    return sum_over(a.nodes(2), [&](int32_t z) {
-        double sum = 0;
-        for (int32_t y = 0; y < a.nodes(1); ++y)
-            for (int c = 0; c < C; ++c) {
-                if constexpr (sizeof(A) == 8)
-                    sum += k.dot_double(n, a.row(c, y, z), b.row(c, y, z));
-                else if constexpr (sizeof(B) == 8)
-                    sum += k.dot_float_double(n, a.row(c, y, z), b.row(c, y, z));
-                else
-                    sum += k.dot_float(n, a.row(c, y, z), b.row(c, y, z));
-            }
-        return sum;
-    });
+    double sum = 0;
+    for (int32_t y = 0; y < a.nodes(1); ++y)
+        for (int c = 0; c < C; ++c) {
+            if constexpr (sizeof(A) == 8)
+                sum += k.dot_double(n, a.row(c, y, z), b.row(c, y, z));
+            else if constexpr (sizeof(B) == 8)
+                sum += k.dot_float_double(n, a.row(c, y, z), b.row(c, y, z));
+            else
+                sum += k.dot_float(n, a.row(c, y, z), b.row(c, y, z));
+        }
+    return sum;
+}
+
+template <typename A, typename B, int C>
+double dot(const Field<A, C>& a, const Field<B, C>& b) {
+    return sum_over(a.nodes(2), [&](int32_t z) { return dot(a, b, z); });
 }
 
 template class ElementOperator<kElastic>;
 template class ElementOperator<kScalar>;
-#define OPENFAB_FOR(T, C)                                                                     \
-    template void ElementOperator<C>::apply(Field<T, C>*, Field<T, C>*, const double*) const; \
-    template void ElementOperator<C>::fix(Field<T, C>*) const;                                \
+#define OPENFAB_FOR(T, C)                                                              \
+    template void ElementOperator<C>::apply(Field<T, C>*, Field<T, C>*, const double*, \
+                                            const PlaneDone&) const;                   \
+    template void ElementOperator<C>::fix(Field<T, C>*) const;                         \
     template void ElementOperator<C>::fix(Field<T, C>*, int32_t) const;
 OPENFAB_FOR(float, 3)
 OPENFAB_FOR(double, 3)
 OPENFAB_FOR(float, 1)
 OPENFAB_FOR(double, 1)
 #undef OPENFAB_FOR
-#define OPENFAB_FOR(C)                                                    \
-    template double dot(const Field<float, C>&, const Field<float, C>&);  \
-    template double dot(const Field<float, C>&, const Field<double, C>&); \
-    template double dot(const Field<double, C>&, const Field<double, C>&);
+#define OPENFAB_FOR(C)                                                             \
+    template double dot(const Field<float, C>&, const Field<float, C>&);           \
+    template double dot(const Field<float, C>&, const Field<double, C>&);          \
+    template double dot(const Field<double, C>&, const Field<double, C>&);         \
+    template double dot(const Field<float, C>&, const Field<double, C>&, int32_t); \
+    template double dot(const Field<double, C>&, const Field<double, C>&, int32_t);
 OPENFAB_FOR(3)
 OPENFAB_FOR(1)
 #undef OPENFAB_FOR

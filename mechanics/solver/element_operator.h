@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "mechanics/solver/field.h"
@@ -34,6 +35,9 @@ struct ElementValues {
 /// Number of a degree of freedom: node [z][y][x] times C plus the component.
 using FixedNodes = std::vector<int64_t>;
 
+/// Called with the z of a plane.
+using PlaneDone = std::function<void(int32_t)>;
+
 template <int C>
 class ElementOperator {
   public:
@@ -42,9 +46,11 @@ class ElementOperator {
     ElementOperator(const Grid& grid, const ElementValues* values, const FixedNodes* fixed);
 
     /// y = A x + forces of a mean strain (C = 3: 6 numbers) or gradient (3), unless null. Fills the ghosts
-    /// of x, but does not change it.
+    /// of x, but does not change it. `done` is called once for each plane, several at once, when it is whole in y and
+    /// nothing reads it in x any more: what comes next finds both in the cache.
     template <typename T>
-    void apply(Field<T, C>* x, Field<T, C>* y, const double* mean = nullptr) const;
+    void apply(Field<T, C>* x, Field<T, C>* y, const double* mean = nullptr,
+               const PlaneDone& done = nullptr) const;
 
     /// Sets 0 where fixed.
     template <typename T>
@@ -69,6 +75,9 @@ class ElementOperator {
     template <typename T>
     void add_row(int32_t y, int32_t z, const Field<T, C>& x, Field<T, C>* out, const T* mean,
                  T* scratch) const;
+    /// Gives what elements gave to the ghosts of a plane to the nodes they stand for, and nothing to what is fixed.
+    template <typename T>
+    void finish(Field<T, C>* y, int32_t z) const;
 
     Grid grid_;
     const ElementValues* values_;
@@ -103,8 +112,10 @@ ElementRow<T, C> element_row() {
     }
 }
 
-/// Sum of a b over all nodes, the same for any number of threads.
+/// Sum of a b over all nodes, the same for any number of threads; or over those of a plane.
 template <typename A, typename B, int C>
 double dot(const Field<A, C>& a, const Field<B, C>& b);
+template <typename A, typename B, int C>
+double dot(const Field<A, C>& a, const Field<B, C>& b, int32_t z);
 
 }  // namespace openfab::mechanics

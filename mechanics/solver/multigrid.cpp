@@ -28,6 +28,16 @@ bool is_coarsest(const Grid& g, int components) {
            *std::max_element(g.nodes.begin(), g.nodes.end()) <= 3;
 }
 
+template <int C>
+void apply_to(const ElementOperator<C>& a, Field<float, C>* x, Field<float, C>* y,
+              const PlaneDone& done) {
+    a.apply(x, y, nullptr, done);
+}
+template <int C>
+void apply_to(const Stencil<C>& a, Field<float, C>* x, Field<float, C>* y, const PlaneDone& done) {
+    a.apply(x, y, done);
+}
+
 }  // namespace
 
 template <int C>
@@ -128,21 +138,23 @@ void Multigrid<C>::smooth(const Operator& a, Level* l, int degree, bool from_zer
     const double theta = 0.5 * (high + low), delta = 0.5 * (high - low), sigma = theta / delta;
     double rho = 1 / sigma;
     // q becomes the residual's part that is not in b; b stays what is wanted of A x.
-    if (!from_zero) a.apply(&l->x, &l->q);
     const RowKernels& kernels = row_kernels();
     const size_t n = l->x.plane_size();
     const auto first = static_cast<float>(1 / theta);
-    for_each_index(l->grid.nodes[2], [&](int32_t z) {
+    const auto begin = [&](int32_t z) {
         kernels.smooth_first(n, first, l->inverse_diagonal.plane(z), l->b.plane(z),
                              from_zero ? nullptr : l->q.plane(z), l->d.plane(z), l->x.plane(z));
-    });
+    };
+    if (from_zero)
+        for_each_index(l->grid.nodes[2], begin);
+    else
+        apply_to(a, &l->x, &l->q, begin);
     for (int k = 1; k < degree; ++k) {
         const double next = 1 / (2 * sigma - rho);
         const auto keep = static_cast<float>(next * rho),
                    add = static_cast<float>(2 * next / delta);
         rho = next;
-        a.apply(&l->x, &l->q);
-        for_each_index(l->grid.nodes[2], [&](int32_t z) {
+        apply_to(a, &l->x, &l->q, [&](int32_t z) {
             kernels.smooth_next(n, keep, add, l->inverse_diagonal.plane(z), l->b.plane(z),
                                 l->q.plane(z), l->d.plane(z), l->x.plane(z));
         });
@@ -174,12 +186,14 @@ void Multigrid<C>::cycle_with(const Operator& a, size_t level, int degree) {
     Level& l = *levels_[level];
     Level& below = *levels_[level + 1];
     smooth(a, &l, degree, true);
-    a.apply(&l.x, &l.q);
-    for_rows<C>(l.grid, [&](int c, int32_t y, int32_t z, int32_t n) {
-        float* q = l.q.row(c, y, z);
-        const float* b = l.b.row(c, y, z);
-        for (int32_t i = 0; i < n; ++i)
-            q[i] = b[i] - q[i];
+    apply_to(a, &l.x, &l.q, [&](int32_t z) {
+        for (int32_t y = 0; y < l.grid.nodes[1]; ++y)
+            for (int c = 0; c < C; ++c) {
+                float* q = l.q.row(c, y, z);
+                const float* b = l.b.row(c, y, z);
+                for (int32_t i = 0; i < l.grid.nodes[0]; ++i)
+                    q[i] = b[i] - q[i];
+            }
     });
     restrict_to(l.q, l.grid, &below.b);
     cycle(level + 1);
@@ -197,9 +211,14 @@ void Multigrid<C>::cycle(size_t level) {
 
 template <int C>
 const Field<float, C>& Multigrid<C>::apply(const Field<double, C>& r) {
+    return apply(r, std::sqrt(dot(r, r)), nullptr);
+}
+
+template <int C>
+const Field<float, C>& Multigrid<C>::apply(const Field<double, C>& r, double size,
+                                           double* product) {
     Level& l = *levels_[0];
     // So that floats neither vanish nor overflow, whatever the load is.
-    const double size = std::sqrt(dot(r, r));
     const double scale = size > 0 ? 1 / size : 0;
     for_rows<C>(l.grid, [&](int c, int32_t y, int32_t z, int32_t n) {
         const double* from = r.row(c, y, z);
@@ -224,11 +243,16 @@ const Field<float, C>& Multigrid<C>::apply(const Field<double, C>& r) {
         bodies_->add(motions, &l.x);
     }
     const auto back = static_cast<float>(size);
-    for_rows<C>(l.grid, [&](int c, int32_t y, int32_t z, int32_t n) {
-        float* x = l.x.row(c, y, z);
-        for (int32_t i = 0; i < n; ++i)
-            x[i] *= back;
+    const double sum = sum_over(l.grid.nodes[2], [&](int32_t z) {
+        for (int32_t y = 0; y < l.grid.nodes[1]; ++y)
+            for (int c = 0; c < C; ++c) {
+                float* x = l.x.row(c, y, z);
+                for (int32_t i = 0; i < l.grid.nodes[0]; ++i)
+                    x[i] *= back;
+            }
+        return product ? dot(l.x, r, z) : 0;
     });
+    if (product) *product = sum;
     return l.x;
 }
 

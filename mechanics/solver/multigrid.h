@@ -31,6 +31,8 @@ class Multigrid {
 
     /// z = M r; r is of doubles, and scaled into floats.
     const Field<float, C>& apply(const Field<double, C>& r);
+    /// The same where the norm of r is known; `product` becomes the sum of z r, unless null.
+    const Field<float, C>& apply(const Field<double, C>& r, double size, double* product);
 
     /// Takes the largest eigenvalues for larger than was found, where the cycle turned out not to be
     /// positive.

@@ -20,14 +20,17 @@ void for_each_index(int32_t count, const F& f) {
     tbb::parallel_for(int32_t{0}, count, [&](int32_t i) { f(i); });
 }
 
+/// Layers of elements in a block.
+constexpr int32_t kLayerBlock = 4;
+
 /// Calls f(begin, end) for blocks of layers of elements, so that no two that run at once touch the same
 /// plane of nodes and each plane gets its contributions in the same order.
 template <typename F>
 void for_layer_blocks(int32_t layers, bool periodic, const F& f) {
-    constexpr int32_t kBlock = 4;
-    const int32_t blocks = (layers + kBlock - 1) / kBlock;
+    const int32_t blocks = (layers + kLayerBlock - 1) / kLayerBlock;
     const auto run = [&](int32_t b) {
-        f(b * kBlock, b * kBlock + kBlock < layers ? b * kBlock + kBlock : layers);
+        const int32_t begin = b * kLayerBlock;
+        f(begin, begin + kLayerBlock < layers ? begin + kLayerBlock : layers);
     };
     // The last block of an odd number ends where the first, of the same parity, begins.
     const bool last_alone = periodic && blocks % 2 == 1 && blocks > 1;

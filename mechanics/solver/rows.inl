@@ -4,6 +4,7 @@
 // The loops of rows.h, for the instruction set of the file that includes this. Included once in each.
 
 #include <cstddef>
+#include <utility>
 
 #include "mechanics/solver/rows.h"
 #include "simd/target.h"
@@ -15,6 +16,15 @@ namespace {
 
 /// Which of the four modes along y and z: 1, eta, zeta, eta zeta.
 enum { kOne, kY, kZ, kYZ };
+
+/// Bytes of a register.
+#if defined(__AVX512F__)
+constexpr size_t kRegister = 64;
+#elif defined(__AVX2__)
+constexpr size_t kRegister = 32;
+#else
+constexpr size_t kRegister = 16;
+#endif
 
 template <typename T, int C>
 OPENFAB_INLINE void to_modes(int32_t n, const T* const* in, T* t) {
@@ -67,84 +77,159 @@ OPENFAB_INLINE void from_modes(int32_t n, const T* l, const T* r, T* const* out)
     }
 }
 
+/// `Count` numbers of a row, in a register or several.
+template <typename T, size_t Count>
+struct Lanes {
+    typedef T Vector __attribute__((vector_size(Count * sizeof(T))));
+};
+template <typename T, size_t Count>
+using Vector = typename Lanes<T, Count>::Vector;
+
+template <size_t Count, typename T>
+OPENFAB_INLINE Vector<T, Count> load(const T* from) {
+    Vector<T, Count> out;
+    __builtin_memcpy(&out, from, sizeof(out));
+    return out;
+}
+template <size_t Count, typename T>
+OPENFAB_INLINE void add_to(T* at, const Vector<T, Count>& v) {
+    const Vector<T, Count> sum = load<Count>(at) + v;
+    __builtin_memcpy(at, &sum, sizeof(sum));
+}
+/// The last of `before`, and all but the last of `now`.
+template <typename V, size_t... Index>
+OPENFAB_INLINE V moved_up(const V& before, const V& now, std::index_sequence<Index...>) {
+    return __builtin_shufflevector(before, now, (sizeof...(Index) - 1 + Index)...);
+}
+
+template <typename T>
+struct ElasticRow {
+    ElementShape<T> shape;
+    const float* first;
+    const float* second;
+    const T* modes;  ///< of to_modes
+    size_t stride;
+    T* const* out;
+    T mean[6];
+    T last[12] = {};  ///< what the element before gives to its right nodes, by mode
+};
+
+/// Adds what modes of a component give to the nodes from `at` on.
+template <size_t Count, typename T>
+OPENFAB_INLINE void add_modes(const Vector<T, Count>* modes, T* const* rows, size_t at) {
+    const Vector<T, Count> lower = modes[kOne] - modes[kZ], upper = modes[kOne] + modes[kZ],
+                           low = modes[kY] - modes[kYZ], high = modes[kY] + modes[kYZ];
+    add_to<Count>(rows[0] + at, lower - low);
+    add_to<Count>(rows[3] + at, lower + low);
+    add_to<Count>(rows[6] + at, upper - high);
+    add_to<Count>(rows[9] + at, upper + high);
+}
+
+/// Elements from `at` on, as many registers of them as there are whole ones; returns the next.
+template <size_t Count, typename T>
+OPENFAB_INLINE size_t elastic_lanes(size_t at, size_t n, ElasticRow<T>* row) {
+    if (at + Count > n) return at;
+    using Many = Vector<T, Count>;
+    const T X = row->shape.x, Y = row->shape.y, Z = row->shape.z, V = row->shape.volume;
+    const T whole = row->shape.whole, even_share = row->shape.even;
+    const T third = T(1) / T(3), ninth = T(1) / T(9);
+    const T e0 = row->mean[0], e1 = row->mean[1], e2 = row->mean[2];
+    const T e3 = row->mean[3], e4 = row->mean[4], e5 = row->mean[5];
+    Many before[12];
+    for (size_t k = 0; k < 12; ++k)
+        before[k] = Many{} + row->last[k];
+    for (; at + Count <= n; at += Count) {
+        const auto s = [&](size_t c, size_t m) OPENFAB_INLINE_LAMBDA {
+            const T* t = row->modes + (4 * c + m) * row->stride + at;
+            return load<Count>(t) + load<Count>(t + 1);
+        };
+        const auto d = [&](size_t c, size_t m) OPENFAB_INLINE_LAMBDA {
+            const T* t = row->modes + (4 * c + m) * row->stride + at;
+            return load<Count>(t + 1) - load<Count>(t);
+        };
+        const Many L = V * __builtin_convertvector(load<Count>(row->first + at), Many);
+        const Many M = V * __builtin_convertvector(load<Count>(row->second + at), Many);
+        const Many M2 = M + M, M3 = third * M, M9 = ninth * M;
+        const Many B = whole * L - (T(2) * third) * (even_share * M);  // instead of lambda
+        const Many dx0 = d(0, kOne), dxY = d(0, kY), dxZ = d(0, kZ), dxYZ = d(0, kYZ);
+        const Many sxY = s(0, kY), sxZ = s(0, kZ), sxYZ = s(0, kYZ);
+        const Many dy0 = d(1, kOne), dyY = d(1, kY), dyZ = d(1, kZ), dyYZ = d(1, kYZ);
+        const Many syY = s(1, kY), syZ = s(1, kZ), syYZ = s(1, kYZ);
+        const Many dz0 = d(2, kOne), dzY = d(2, kY), dzZ = d(2, kZ), dzYZ = d(2, kYZ);
+        const Many szY = s(2, kY), szZ = s(2, kZ), szYZ = s(2, kYZ);
+        // Normal strains by mode.
+        const Many xx1 = X * dx0 + e0, yy1 = Y * syY + e1, zz1 = Z * szZ + e2;
+        const Many xxY = X * dxY, xxZ = X * dxZ, xxYZ = X * dxYZ;
+        const Many yyX = Y * dyY, yyZ = Y * syYZ, yyXZ = Y * dyYZ;
+        const Many zzX = Z * dzZ, zzY = Z * szYZ, zzXY = Z * dzYZ;
+        const Many bulk = L * (xx1 + yy1 + zz1);
+        const Many sxx = bulk + M2 * xx1, syy = bulk + M2 * yy1, szz = bulk + M2 * zz1;
+        const Many bX = B * (yyX + zzX), bY = B * (xxY + zzY), bZ = B * (xxZ + yyZ);
+        const Many sxxY = third * (bY + M2 * xxY), szzY = third * (bY + M2 * zzY);
+        const Many sxxZ = third * (bZ + M2 * xxZ), syyZ = third * (bZ + M2 * yyZ);
+        const Many syyX = third * (bX + M2 * yyX), szzX = third * (bX + M2 * zzX);
+        const Many high = ninth * (B + M2);
+        const Many sxxYZ = high * xxYZ, syyXZ = high * yyXZ, szzXY = high * zzXY;
+        // Shears by mode.
+        const Many xy1 = M * (Y * sxY + X * dy0 + e5);
+        const Many xyX = M3 * (Y * dxY), xyY = M3 * (X * dyY), xyZ = M3 * (Y * sxYZ + X * dyZ);
+        const Many xyXZ = M9 * (Y * dxYZ), xyYZ = M9 * (X * dyYZ);
+        const Many yz1 = M * (Z * syZ + Y * szY + e3);
+        const Many yzX = M3 * (Z * dyZ + Y * dzY), yzY = M3 * (Z * syYZ), yzZ = M3 * (Y * szYZ);
+        const Many yzXY = M9 * (Z * dyYZ), yzXZ = M9 * (Y * dzYZ);
+        const Many xz1 = M * (Z * sxZ + X * dz0 + e4);
+        const Many xzX = M3 * (Z * dxZ), xzY = M3 * (Z * sxYZ + X * dzY), xzZ = M3 * (X * dzZ);
+        const Many xzXY = M9 * (Z * dxYZ), xzYZ = M9 * (X * dzYZ);
+        // An element gives even - odd to its left nodes and even + odd to its right ones, one further.
+        const auto sum = [&](size_t c, size_t m, const Many& even,
+                             const Many& odd) OPENFAB_INLINE_LAMBDA {
+            const Many right = even + odd;
+            Many& of = before[4 * c + m];
+            const Many out =
+                (even - odd) + moved_up(of, right, std::make_index_sequence<Count>());
+            of = right;
+            return out;
+        };
+        const Many none{};
+        const Many x_modes[4] = {sum(0, kOne, none, X * sxx),
+                                 sum(0, kY, Y * xy1, X * sxxY + Y * xyX),
+                                 sum(0, kZ, Z * xz1, X * sxxZ + Z * xzX),
+                                 sum(0, kYZ, Y * xyZ + Z * xzY, X * sxxYZ + Y * xyXZ + Z * xzXY)};
+        add_modes<Count>(x_modes, row->out, at);
+        const Many y_modes[4] = {sum(1, kOne, none, X * xy1),
+                                 sum(1, kY, Y * syy, Y * syyX + X * xyY),
+                                 sum(1, kZ, Z * yz1, X * xyZ + Z * yzX),
+                                 sum(1, kYZ, Y * syyZ + Z * yzY, Y * syyXZ + X * xyYZ + Z * yzXY)};
+        add_modes<Count>(y_modes, row->out + 1, at);
+        const Many z_modes[4] = {sum(2, kOne, none, X * xz1),
+                                 sum(2, kY, Y * yz1, X * xzY + Y * yzX),
+                                 sum(2, kZ, Z * szz, Z * szzX + X * xzZ),
+                                 sum(2, kYZ, Z * szzY + Y * yzZ, Z * szzXY + X * xzYZ + Y * yzXZ)};
+        add_modes<Count>(z_modes, row->out + 2, at);
+    }
+    for (size_t k = 0; k < 12; ++k)
+        row->last[k] = before[k][Count - 1];
+    return at;
+}
+
 template <typename T>
 void elastic_row(const ElementShape<T>& shape, int32_t n, const float* first, const float* second,
                  const T* const* in, T* const* out, const T* mean, T* scratch) {
-    const auto stride = static_cast<size_t>(n) + 1;
-    const T* __restrict t = scratch;
-    T* __restrict l = scratch + 12 * stride;
-    T* __restrict r = scratch + 24 * stride;
+    const auto count = static_cast<size_t>(n);
     to_modes<T, 3>(n, in, scratch);
-    const T X = shape.x, Y = shape.y, Z = shape.z, V = shape.volume;
-    const T third = T(1) / T(3), ninth = T(1) / T(9);
-    const T e0 = mean ? mean[0] : T(0), e1 = mean ? mean[1] : T(0), e2 = mean ? mean[2] : T(0);
-    const T e3 = mean ? mean[3] : T(0), e4 = mean ? mean[4] : T(0), e5 = mean ? mean[5] : T(0);
-    for (int k = 0; k < 12; ++k) {
-        l[static_cast<size_t>(k) * stride + static_cast<size_t>(n)] = T(0);
-        r[static_cast<size_t>(k) * stride] = T(0);
+    ElasticRow<T> row{shape, first, second, scratch, count + 1, out, {}};
+    for (size_t k = 0; mean && k < 6; ++k)
+        row.mean[k] = mean[k];
+    size_t at = elastic_lanes<kRegister / sizeof(T)>(0, count, &row);
+    if constexpr (kRegister > 32) at = elastic_lanes<16 / sizeof(T)>(at, count, &row);
+    at = elastic_lanes<1>(at, count, &row);
+    // The last nodes have no element to their right.
+    for (size_t c = 0; c < 3; ++c) {
+        Vector<T, 1> modes[4];
+        for (size_t m = 0; m < 4; ++m)
+            modes[m] = Vector<T, 1>{T(0)} + row.last[4 * c + m];
+        add_modes<1>(modes, out + c, at);
     }
-#pragma GCC ivdep
-    for (int32_t i = 0; i < n; ++i) {
-        const auto p = static_cast<size_t>(i);
-        const auto s = [&](int c, int m) OPENFAB_INLINE_LAMBDA {
-            const size_t at = static_cast<size_t>(4 * c + m) * stride + p;
-            return t[at] + t[at + 1];
-        };
-        const auto d = [&](int c, int m) OPENFAB_INLINE_LAMBDA {
-            const size_t at = static_cast<size_t>(4 * c + m) * stride + p;
-            return t[at + 1] - t[at];
-        };
-        const T L = V * static_cast<T>(first[i]), M = V * static_cast<T>(second[i]);
-        const T M2 = M + M, M3 = third * M, M9 = ninth * M;
-        const T B = shape.whole * L - (T(2) * third) * (shape.even * M);  // instead of lambda
-        const T dx0 = d(0, kOne), dxY = d(0, kY), dxZ = d(0, kZ), dxYZ = d(0, kYZ);
-        const T sxY = s(0, kY), sxZ = s(0, kZ), sxYZ = s(0, kYZ);
-        const T dy0 = d(1, kOne), dyY = d(1, kY), dyZ = d(1, kZ), dyYZ = d(1, kYZ);
-        const T syY = s(1, kY), syZ = s(1, kZ), syYZ = s(1, kYZ);
-        const T dz0 = d(2, kOne), dzY = d(2, kY), dzZ = d(2, kZ), dzYZ = d(2, kYZ);
-        const T szY = s(2, kY), szZ = s(2, kZ), szYZ = s(2, kYZ);
-        // Normal strains by mode.
-        const T xx1 = X * dx0 + e0, yy1 = Y * syY + e1, zz1 = Z * szZ + e2;
-        const T xxY = X * dxY, xxZ = X * dxZ, xxYZ = X * dxYZ;
-        const T yyX = Y * dyY, yyZ = Y * syYZ, yyXZ = Y * dyYZ;
-        const T zzX = Z * dzZ, zzY = Z * szYZ, zzXY = Z * dzYZ;
-        const T bulk = L * (xx1 + yy1 + zz1);
-        const T sxx = bulk + M2 * xx1, syy = bulk + M2 * yy1, szz = bulk + M2 * zz1;
-        const T bX = B * (yyX + zzX), bY = B * (xxY + zzY), bZ = B * (xxZ + yyZ);
-        const T sxxY = third * (bY + M2 * xxY), szzY = third * (bY + M2 * zzY);
-        const T sxxZ = third * (bZ + M2 * xxZ), syyZ = third * (bZ + M2 * yyZ);
-        const T syyX = third * (bX + M2 * yyX), szzX = third * (bX + M2 * zzX);
-        const T high = ninth * (B + M2);
-        const T sxxYZ = high * xxYZ, syyXZ = high * yyXZ, szzXY = high * zzXY;
-        // Shears by mode.
-        const T xy1 = M * (Y * sxY + X * dy0 + e5);
-        const T xyX = M3 * (Y * dxY), xyY = M3 * (X * dyY), xyZ = M3 * (Y * sxYZ + X * dyZ);
-        const T xyXZ = M9 * (Y * dxYZ), xyYZ = M9 * (X * dyYZ);
-        const T yz1 = M * (Z * syZ + Y * szY + e3);
-        const T yzX = M3 * (Z * dyZ + Y * dzY), yzY = M3 * (Z * syYZ), yzZ = M3 * (Y * szYZ);
-        const T yzXY = M9 * (Z * dyYZ), yzXZ = M9 * (Y * dzYZ);
-        const T xz1 = M * (Z * sxZ + X * dz0 + e4);
-        const T xzX = M3 * (Z * dxZ), xzY = M3 * (Z * sxYZ + X * dzY), xzZ = M3 * (X * dzZ);
-        const T xzXY = M9 * (Z * dxYZ), xzYZ = M9 * (X * dzYZ);
-        const auto put = [&](int c, int m, T even, T odd) OPENFAB_INLINE_LAMBDA {
-            const size_t at = static_cast<size_t>(4 * c + m) * stride + p;
-            l[at] = even - odd;
-            r[at + 1] = even + odd;
-        };
-        put(0, kOne, T(0), X * sxx);
-        put(0, kY, Y * xy1, X * sxxY + Y * xyX);
-        put(0, kZ, Z * xz1, X * sxxZ + Z * xzX);
-        put(0, kYZ, Y * xyZ + Z * xzY, X * sxxYZ + Y * xyXZ + Z * xzXY);
-        put(1, kOne, T(0), X * xy1);
-        put(1, kY, Y * syy, Y * syyX + X * xyY);
-        put(1, kZ, Z * yz1, X * xyZ + Z * yzX);
-        put(1, kYZ, Y * syyZ + Z * yzY, Y * syyXZ + X * xyYZ + Z * yzXY);
-        put(2, kOne, T(0), X * xz1);
-        put(2, kY, Y * yz1, X * xzY + Y * yzX);
-        put(2, kZ, Z * szz, Z * szzX + X * xzZ);
-        put(2, kYZ, Z * szzY + Y * yzZ, Z * szzXY + X * xzYZ + Y * yzXZ);
-    }
-    from_modes<T, 3>(n, l, r, out);
 }
 
 template <typename T>

@@ -45,7 +45,7 @@ void Stencil<C>::fill_ghosts() {
 }
 
 template <int C>
-void Stencil<C>::apply(Field<float, C>* x, Field<float, C>* y) const {
+void Stencil<C>::apply(Field<float, C>* x, Field<float, C>* y, const PlaneDone& done) const {
     for_each_index(grid.nodes[2], [&](int32_t z) { x->fill_ghosts(z); });
     for_each_index(grid.nodes[2], [&](int32_t z) {
         for (int32_t row = 0; row < grid.nodes[1]; ++row) {
@@ -71,6 +71,7 @@ void Stencil<C>::apply(Field<float, C>* x, Field<float, C>* y) const {
             (C == 3 ? k.stencil3 : k.stencil1)(grid.nodes[0], stride(), from, in, out);
         }
     });
+    if (done) for_each_index(grid.nodes[2], done);
 }
 
 template <int C>

@@ -40,8 +40,8 @@ struct Stencil {
     float at(int32_t x, int32_t y, int32_t z, int o, int c, int d) const;
     /// Sets the ghosts of rows to what they stand for.
     void fill_ghosts();
-    /// y = A x; fills the ghosts of x.
-    void apply(Field<float, C>* x, Field<float, C>* y) const;
+    /// y = A x; fills the ghosts of x. `done` is called for each plane, several at once, when all of y is whole.
+    void apply(Field<float, C>* x, Field<float, C>* y, const PlaneDone& done = nullptr) const;
     void inverse_diagonal(Field<float, C>* out) const;
 };
 
