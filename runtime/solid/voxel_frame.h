@@ -43,6 +43,20 @@ class VoxelFrame {
         return out;
     }
 
+    /// Whether axes of voxels are those of the part: then coordinate a of a centre depends on index a alone, and grows.
+    bool is_straight() const {
+        for (size_t axis = 0; axis < 3; ++axis)
+            for (size_t a = 0; a < 3; ++a)
+                if (axis == a ? !(frame_[3 * axis + a] > 0) : frame_[3 * axis + a] != 0)
+                    return false;
+        return true;
+    }
+    /// Of such a frame: where the centre of voxel 0 would be, and the way to the next.
+    double first(size_t a) const {
+        return static_cast<double>(frame_[OPENFAB_FRAME_ORIGIN + a]) + 0.5 * step(a);
+    }
+    double step(size_t a) const { return static_cast<double>(frame_[3 * a + a]); }
+
   private:
     std::array<float, OPENFAB_FRAME_COUNT> frame_;
 };

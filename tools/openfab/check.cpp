@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -52,7 +53,12 @@ class Checker {
             if (material.channel.empty()) material.channel = channels_[material.name];
         }
         std::vector<std::string> notes;
-        const Result<std::vector<Finding>> found = find_faults(*print, *limits_, &notes);
+        const Result<std::vector<Finding>> found =
+            find_faults(*print, *limits_, &notes, [this](const char* what, int number, int count) {
+                constexpr std::chrono::seconds kLong{2};
+                if (std::chrono::steady_clock::now() - began_ >= kLong)
+                    say(fmt::format(messages::kLooksFor, what, number, count));
+            });
         if (!found) return found.error();
         for (const std::string& text : notes)
             note(text);
@@ -421,6 +427,7 @@ class Checker {
     }
 
     const CheckArguments& arguments_;
+    const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
     int64_t memory_ = 0;
     int32_t draft_ = 1;  ///< of a world
     world::Printer printer_;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -39,12 +40,21 @@ class Finder {
         voxel_mm3_ = pitch.x * pitch.y * pitch.z;
     }
 
-    std::vector<Finding> run() {
-        walls();
-        gaps();
-        islands();
-        trapped();
-        touching();
+    std::vector<Finding> run(const std::function<void(const char*, int, int)>& begins) {
+        struct Look {
+            const char* what;
+            void (Finder::*look)();
+        };
+        constexpr Look kLooks[] = {{messages::kLooksForWalls, &Finder::walls},
+                                   {messages::kLooksForGaps, &Finder::gaps},
+                                   {messages::kLooksForIslands, &Finder::islands},
+                                   {messages::kLooksForTrapped, &Finder::trapped},
+                                   {messages::kLooksForTouching, &Finder::touching}};
+        constexpr auto kCount = static_cast<int>(std::size(kLooks));
+        for (int i = 0; i < kCount; ++i) {
+            begins(kLooks[i].what, i + 1, kCount);
+            (this->*kLooks[i].look)();
+        }
         std::stable_sort(found_.begin(), found_.end(), [](const Finding& a, const Finding& b) {
             if (a.fault != b.fault) return a.fault < b.fault;
             const bool larger = a.fault >= Fault::kTrappedVoid;
@@ -362,8 +372,9 @@ int64_t check_bytes(const Vec3i& size, const Vec3d& pitch_mm, int32_t parts,
 }
 
 Result<std::vector<Finding>> find_faults(const CheckedPrint& print, const world::Checks& limits,
-                                         std::vector<std::string>* notes) {
-    return Finder(print, limits, notes).run();
+                                         std::vector<std::string>* notes,
+                                         const std::function<void(const char*, int, int)>& begins) {
+    return Finder(print, limits, notes).run(begins);
 }
 
 }  // namespace openfab::tools

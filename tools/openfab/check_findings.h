@@ -5,6 +5,7 @@
 // What is wrong with the voxels of a print, by the limits of a machine.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -44,8 +45,10 @@ int64_t check_bytes(const Vec3i& size, const Vec3d& pitch_mm, int32_t parts,
                     const world::Checks& limits);
 
 /// Finds them, the worst of each kind first. Names that no material has go to `notes`.
+/// `begins` is called with what is looked for, and which of how many looks it is.
 Result<std::vector<Finding>> find_faults(const CheckedPrint& print, const world::Checks& limits,
-                                         std::vector<std::string>* notes);
+                                         std::vector<std::string>* notes,
+                                         const std::function<void(const char*, int, int)>& begins);
 
 /// Encodes a PNG of the print from the front, the right and above, with the findings in colour; empty where
 /// memory ran out.

@@ -52,6 +52,7 @@ void BeamCoverage::cover_block(int32_t slab, int32_t x, int32_t y, std::span<con
     for (int32_t k = 0; k < 8; ++k) {
         const Vec3i from{x + 4 * (k & 1), y + 4 * (k >> 1 & 1), kSlabSlices * slab + 4 * (k >> 2)};
         const uint32_t bits = slices_in(box_, slab) & (k < 4 ? 0x0fu : 0xf0u);
+        if (bits == 0) continue;
         const VoxelBall ball = voxel_ball(frame_, from - base_, {4, 4, 4});
         if (tools->of_cube.gather_holding(tree_, ball, beams)) {
             fill(from.x, from.y, 4, static_cast<uint8_t>(bits), out);

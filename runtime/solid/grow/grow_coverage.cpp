@@ -3,8 +3,10 @@
 #include "runtime/solid/grow/grow_coverage.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "runtime/solid/coverage_strips.h"
+#include "runtime/solid/grow/thin_beams.h"
 
 namespace openfab::solid {
 
@@ -35,15 +37,24 @@ void GrowCoverage::cover(int32_t slab, const Columns& columns, const std::atomic
 void GrowCoverage::cover_tile(int32_t slab, const Columns& tile, const std::atomic<bool>* stop,
                               Tools* tools, voxel::SlabMask* out) const {
     const int32_t width = tile.x1 - tile.x0, height = tile.y1 - tile.y0;
-    const Vec3i lowest = Vec3i{tile.x0, tile.y0, kSlabSlices * slab} - base_;
-    Box3f box = frame_.box(lowest, lowest + Vec3i{width - 1, height - 1, kSlabSlices - 1});
+    const uint8_t bits = slices_in(box_, slab);
+    if (bits == 0) return;
+    const Vec3i lowest =
+        Vec3i{tile.x0, tile.y0, kSlabSlices * slab + std::countr_zero(bits)} - base_;
+    const int32_t slices = std::bit_width(bits) - std::countr_zero(bits);
+    Box3f box = frame_.box(lowest, lowest + Vec3i{width - 1, height - 1, slices - 1});
     const float margin = grown_.slack(box.hi, 0);
     box.lo = box.lo - Vec3f{margin, margin, margin};
     box.hi = box.hi + Vec3f{margin, margin, margin};
     tools->gathered.clear();
+    const Columns inside{std::max(tile.x0, box_.lo.x), std::max(tile.y0, box_.lo.y),
+                         std::min({tile.x1, box_.hi.x, out->x0 + out->width}),
+                         std::min({tile.y1, box_.hi.y, out->y0 + out->height})};
+    if (inside.x0 >= inside.x1 || inside.y0 >= inside.y1) return;
+    ThinBeams thin(grown_, frame_, inside, slab, bits, base_, out);
     if (width <= 8 && height <= 8) {
-        grown_.collect(box, &tools->gathered);
-    } else if (!grown_.collect_few(box, kFew, &tools->gathered) && !grown_.failed()) {
+        grown_.collect(box, &tools->gathered, &thin);
+    } else if (!grown_.collect_few(box, kFew, &tools->gathered, &thin) && !grown_.failed()) {
         const auto half = [](int32_t side) { return (side / 2 + 7) & ~7; };
         Columns one = tile, other = tile;
         if (width >= height) {

@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "base/infinity.h"
-#include "runtime/solid/beams/beam.h"
 #include "runtime/solid/messages.h"
 
 namespace openfab::solid {
@@ -22,6 +21,14 @@ constexpr size_t kMostOpened = size_t{1} << 23;
 constexpr size_t kShards = 4;  // few: a clump may be large
 
 }  // namespace
+
+BeamRecord record_of(const GrownBeam& beam, const Vec3d& center_part_mm) {
+    mesh::Beam as;
+    as.radii = beam.radius;
+    if (beam.flat) as.ends = {mesh::BeamEnd::kFlat, mesh::BeamEnd::kFlat};
+    return make_record(as, 0, vec_cast<double>(beam.end[0]) - center_part_mm,
+                       vec_cast<double>(beam.end[1]) - center_part_mm, 1);
+}
 
 void GatheredBeams::add(const Clump& clump, size_t beam, const BeamValues& values) {
     beams.push_back(clump.beams[beam]);
@@ -132,7 +139,8 @@ bool Grown::full(size_t beams, const GrownBeam& last) const {
     return true;
 }
 
-bool Grown::collect(const Box3f& box, bool make, size_t most, GatheredBeams* out) const {
+bool Grown::collect(const Box3f& box, bool make, size_t most, GatheredBeams* out,
+                    Sieve* sieve) const {
     Box3f asked;
     for (int a = 0; a < 3; ++a) {
         asked.lo[a] = std::nextafter(
@@ -143,10 +151,18 @@ bool Grown::collect(const Box3f& box, bool make, size_t most, GatheredBeams* out
     const Clump* root = this->root();
     if (root == nullptr) return false;
     const BeamValues values = source_->values();
-    size_t opened = 0;
-    const auto few = [&] { return out->beams.size() < most; };
+    size_t opened = 0, taken = 0;
+    const auto count = [&] { return out->beams.size() + taken; };
+    // What is taken needs neither memory nor a tree.
+    constexpr size_t kMoreTaken = 16;
+    const size_t most_taken = most == kNoLimit ? kNoLimit : kMoreTaken * most;
+    const auto few = [&] { return out->beams.size() < most && taken < most_taken; };
     const bool all = visit(
-        *root, [&](const Box3f& b) { return b.overlaps(asked) && few() && !failed(); },
+        *root,
+        [&](const Box3f& b) {
+            return b.overlaps(asked) && (sieve == nullptr || sieve->reaches(b)) && few() &&
+                   !failed();
+        },
         [&](const Bud& bud, std::span<const uint32_t> state) {
             ClumpPtr clump = make ? get(bud, state) : find(bud, state);
             if (clump != nullptr) opened += clump->nodes_made();
@@ -154,8 +170,13 @@ bool Grown::collect(const Box3f& box, bool make, size_t most, GatheredBeams* out
             return clump;
         },
         [&](const Clump& clump, size_t beam) {
-            if (few() && box_of(clump.beams[beam]).overlaps(asked) &&
-                !full(out->beams.size(), clump.beams[beam]))
+            if (!few()) return;
+            const GrownBeam& of = clump.beams[beam];
+            const Box3f around = box_of(of);
+            if (!around.overlaps(asked) || full(count(), of)) return;
+            if (sieve != nullptr && of.body < 0 && sieve->take(of, around))
+                ++taken;
+            else
                 out->add(clump, beam, values);
         });
     return all && few();
@@ -178,12 +199,7 @@ float distance_to(const Clump& clump, size_t item, const Vec3d& center, const Ve
     const GrownBeam& beam = clump.beams[item];
     if (beam.body >= 0)
         return clump.bodies[static_cast<size_t>(beam.body)].distance(vec_cast<double>(p) + center);
-    mesh::Beam as;
-    as.radii = beam.radius;
-    if (beam.flat) as.ends = {mesh::BeamEnd::kFlat, mesh::BeamEnd::kFlat};
-    return beam_distance(make_record(as, 0, vec_cast<double>(beam.end[0]) - center,
-                                     vec_cast<double>(beam.end[1]) - center, 1),
-                         p);
+    return beam_distance(record_of(beam, center), p);
 }
 
 }  // namespace

@@ -12,9 +12,13 @@
 #include <optional>
 
 #include "base/lru_cache.h"
+#include "runtime/solid/beams/beam.h"
 #include "runtime/solid/grow/clump.h"
 
 namespace openfab::solid {
+
+/// Returns how a beam is asked for its distance.
+BeamRecord record_of(const GrownBeam& beam, const Vec3d& center_part_mm);
 
 /// Beams and bodies from several clumps, with their values.
 struct GatheredBeams {
@@ -27,6 +31,16 @@ struct GatheredBeams {
     void add(const Clump& clump, size_t beam, const BeamValues& values);
 };
 
+/// What is done with beams while they are looked through, instead of gathering them. Boxes are in part space.
+class Sieve {
+  public:
+    virtual ~Sieve() = default;
+    /// Returns whether anything of a box matters.
+    virtual bool reaches(const Box3f& box) const = 0;
+    /// Returns whether a beam, of which this is the box, needs no gathering any more.
+    virtual bool take(const GrownBeam& beam, const Box3f& box) = 0;
+};
+
 class Grown {
   public:
     Grown(std::unique_ptr<const ClumpSource> source, const Vec3d& center_part_mm, size_t bytes);
@@ -34,18 +48,21 @@ class Grown {
     BeamValues values() const { return source_->values(); }
     /// Returns the box of everything, part-local.
     Box3f bounds() const;
+    bool has_bodies() const { return source_->has_bodies(); }
     /// Returns part space less part-local space.
     const Vec3d& center() const { return center_; }
 
     /// Appends the beams whose boxes touch a box, part-local. Nothing more after an error.
-    void collect(const Box3f& box, GatheredBeams* out) const { collect(box, true, kNoLimit, out); }
-    /// Likewise, but ends once there are this many; returns whether there are fewer.
-    bool collect_few(const Box3f& box, size_t most, GatheredBeams* out) const {
-        return collect(box, true, most, out);
+    void collect(const Box3f& box, GatheredBeams* out, Sieve* sieve = nullptr) const {
+        collect(box, true, kNoLimit, out, sieve);
+    }
+    /// Likewise, but ends once there are this many, or many more that the sieve took; returns whether there are fewer.
+    bool collect_few(const Box3f& box, size_t most, GatheredBeams* out, Sieve* sieve) const {
+        return collect(box, true, most, out, sieve);
     }
     /// Likewise, but makes no clumps; returns whether all were there.
     bool collect_kept(const Box3f& box, GatheredBeams* out) const {
-        return collect(box, false, kNoLimit, out);
+        return collect(box, false, kNoLimit, out, nullptr);
     }
     /// Appends the beams within a signed distance of a point, part-local, and a few more.
     void collect(const Vec3f& p, float limit, GatheredBeams* out) const;
@@ -77,7 +94,7 @@ class Grown {
     /// Returns the first clump, which is kept: all searches begin there. Null after an error.
     const Clump* root() const;
     static constexpr size_t kNoLimit = std::numeric_limits<size_t>::max();
-    bool collect(const Box3f& box, bool make, size_t most, GatheredBeams* out) const;
+    bool collect(const Box3f& box, bool make, size_t most, GatheredBeams* out, Sieve* sieve) const;
     /// Returns the clump of a bud if it is kept.
     ClumpPtr find(const Bud& bud, std::span<const uint32_t> state) const;
     /// Returns it in any case; null after an error.

@@ -30,6 +30,16 @@ TEST(GrowSolid, CoversWhatItsBeamsCover) {
     }
 }
 
+/// Its thin beams are compared with voxels one by one, where axes of voxels are the part's.
+TEST(GrowSolid, CoversWhatItsBeamsCoverWhereItIsNotTurned) {
+    const Box3d box{{-12, -12, -3}, {12, 12, 20}};
+    const std::vector<uint8_t> expected =
+        Made(bush, kernel<bush>, 0, all_of(bush), box, false).covered();
+    ASSERT_GT(std::ranges::count(expected, 1), 2000);
+    for (const size_t cache : {kLittle, kMuch})
+        EXPECT_TRUE(Made(bush, kernel<bush>, cache, nullptr, box, false).covered() == expected);
+}
+
 /// Distances and attributes of blocks have the bits of those of all beams.
 TEST(GrowSolid, BlocksHaveTheAnswersOfAllBeams) {
     const auto beams = all_of(bush);

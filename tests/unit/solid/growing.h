@@ -154,7 +154,7 @@ struct Grove {
     }
 };
 
-/// A turned part that grows, or of beams, in a grid.
+/// A part, turned unless said, that grows, or of beams, in a grid.
 struct Made {
     std::vector<openfab_arg> args = arguments();
     openfab_shape shape{};
@@ -169,7 +169,7 @@ struct Made {
 
     Made(Rule rule, openfab_kernel_fn fn, size_t cache,
          const std::shared_ptr<const mesh::Beams>& beams,
-         const Box3d& box = {{-12, -12, -3}, {12, 12, 20}}) {
+         const Box3d& box = {{-12, -12, -3}, {12, 12, 20}}, bool turned = true) {
         shape.output_count = 6;
         shape.outputs = kMembers;
         shape.attributes = {{fn, fn, fn}, static_cast<int32_t>(args.size()), args.data(), 0};
@@ -197,9 +197,10 @@ struct Made {
             stage->location = {"world.fab.json", 7, 3};
             part.geometry = part::GrownGeometry{stage, nullptr};
         }
-        part.local_to_build.m = {0.40923325984932796, -0.9119847905251406, 0.02849352354321616,
-                                 0.708653140405184,   0.2980114870440326,  -0.6395309845376336,
-                                 0.5747511336456527,  0.28190937451709513, 0.76823709812298};
+        if (turned)
+            part.local_to_build.m = {0.40923325984932796, -0.9119847905251406, 0.02849352354321616,
+                                     0.708653140405184,   0.2980114870440326,  -0.6395309845376336,
+                                     0.5747511336456527,  0.28190937451709513, 0.76823709812298};
         EXPECT_EQ(&kind_of(part), beams != nullptr ? &kBeamKind : &kGrowKind);
         surface::SurfaceOptions options;
         options.cache_bytes = cache;
