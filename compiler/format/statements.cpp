@@ -43,7 +43,9 @@ void Formatter::member(int indent) {
     if (at(";") && !peek().begins_with_lines() && at_ > 0) return out_.word(take(), false);
     out_.start_line(indent, at_ > 0 && !words_[at_ - 1].is("{"));
     out_.lines_before(peek(), indent);
+    const size_t before = at_;
     declaration(indent);
+    if (at_ == before) out_.word(take(), true);  // never the same place twice
 }
 
 void Formatter::declaration(int indent) {

@@ -156,7 +156,7 @@ void Parser::parse_stage(ast::Fablet* fablet, ast::StageKind kind, const source:
             expected("`)` after the varyings");
             skip_balanced();
         }
-        accept(")");
+        if (!accept(")")) expected("`)` after the varyings");
     } else if (diag::Diagnostic* d =
                    expected(std::string("`(` after `@") + ast::stage_name(kind) + "`")) {
         d->help(varyings_form(kind));

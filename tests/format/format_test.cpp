@@ -278,6 +278,10 @@ TEST(Format, ASyntaxErrorIsReported) {
     diag::Sink sink;
     EXPECT_FALSE(format(sources, sources.add("test.fl", "float f( {"), &sink));
     EXPECT_GT(sink.errors(), 0U);
+    // Was taken without its parenthesis, and laid out without an end.
+    EXPECT_FALSE(
+        formatted("fablet A {\n    @Volume(@varying { VolumeAttributes attr } {\n"
+                  "        MaterialComposition mc;\n        return mc;\n    }\n}\n"));
 }
 
 TEST(Format, EveryFabletOfTheRepositoryKeepsItsTokens) {
