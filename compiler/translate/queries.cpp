@@ -110,13 +110,9 @@ Value Queries::nearest_point(const check::Expr& expr) {
     return out;
 }
 
-/// If the object varies, each candidate is queried under the condition that it is selected. At a
-/// shape's own point it is an input, of which bounds over boxes are known.
-Value Queries::distance_to(const check::Expr& expr) {
-    const ValueId object = expressions_.scalar(*expr.args[0]);
-    const Value point = expressions_.expression(*expr.args[1]);
-    if (!rules_.asks_of_object(expr) || budget_.gave_up) return layout_.zero(expr.type);
-    emit_.set_span(expr.span);
+/// If the object varies, each candidate is asked under the condition that it is selected.
+Value Queries::of_selected(const check::Expr& expr, ValueId object,
+                           const std::function<Value(int32_t index, ValueId guard)>& ask) {
     const std::vector<int32_t> objects =
         possible_indices(emit_, object, place_.fablet.ir.object_count);
     Value out = layout_.zero(expr.type);
@@ -128,16 +124,27 @@ Value Queries::distance_to(const check::Expr& expr) {
                                emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
         const ValueId guard = emit_.logical_and(paths_.live, here);
         if (emit_.is_false(guard)) continue;
-        const ValueId value = place_.kind == ir::StageKind::kShape && point == inputs_.shape_point()
-                                  ? emit_.input(ir::Type::kFloat, abi::kShapeDistance, index, 0)
-                                  : emit_.query_result(query(index, guard, point), ir::Type::kFloat,
-                                                       OPENFAB_QUERY_DISTANCE, 0, 0);
-        out[0] = emit_.select(here, value, out[0]);
+        const Value answer = ask(index, guard);
+        for (size_t k = 0; k < out.size(); ++k)
+            out[k] = emit_.select(here, answer[k], out[k]);
     }
     return out;
 }
 
-/// If the object varies, each candidate has a walk of its own under the condition that it is selected.
+/// At a shape's own point it is an input, of which bounds over boxes are known.
+Value Queries::distance_to(const check::Expr& expr) {
+    const ValueId object = expressions_.scalar(*expr.args[0]);
+    const Value point = expressions_.expression(*expr.args[1]);
+    if (!rules_.asks_of_object(expr) || budget_.gave_up) return layout_.zero(expr.type);
+    emit_.set_span(expr.span);
+    return of_selected(expr, object, [&](int32_t index, ValueId guard) -> Value {
+        if (place_.kind == ir::StageKind::kShape && point == inputs_.shape_point())
+            return {emit_.input(ir::Type::kFloat, abi::kShapeDistance, index, 0)};
+        return {emit_.query_result(query(index, guard, point), ir::Type::kFloat,
+                                   OPENFAB_QUERY_DISTANCE, 0, 0)};
+    });
+}
+
 Value Queries::walk_end(const check::Expr& expr) {
     const size_t first = expr.args.size() - 3;
     const ValueId object =
@@ -149,17 +156,7 @@ Value Queries::walk_end(const check::Expr& expr) {
         return layout_.zero(expr.type);
     emit_.set_span(expr.span);
     const Value local = local_point(point);
-    const std::vector<int32_t> objects =
-        possible_indices(emit_, object, place_.fablet.ir.object_count);
-    Value out = layout_.zero(expr.type);
-    for (const int32_t index : objects) {
-        const ValueId here =
-            objects.size() == 1
-                ? emit_.constant(true)
-                : emit_.binary(Op::kEq, object,
-                               emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
-        const ValueId guard = emit_.logical_and(paths_.live, here);
-        if (emit_.is_false(guard)) continue;
+    return of_selected(expr, object, [&](int32_t index, ValueId guard) {
         const ValueId walk = emit_.walk(index, guard, {local[0], local[1], local[2]}, stop, seed);
         Value end;
         for (int32_t axis = 0; axis < 3; ++axis)
@@ -169,10 +166,8 @@ Value Queries::walk_end(const check::Expr& expr) {
                                 : emit_.convert(emit_.query_result(walk, ir::Type::kInt,
                                                                    OPENFAB_QUERY_END_ON, 0, 0),
                                                 ir::Type::kFloat));
-        for (size_t k = 0; k < out.size(); ++k)
-            out[k] = emit_.select(here, end[k], out[k]);
-    }
-    return out;
+        return end;
+    });
 }
 
 Value Queries::sample(const check::Expr& expr) {

@@ -6,6 +6,9 @@
 // which the runtime computes for whole blocks; any other is a Query under the condition that the
 // call is reached.
 
+#include <cstdint>
+#include <functional>
+
 #include "compiler/diag/sink.h"
 #include "compiler/translate/budget.h"
 #include "compiler/translate/expressions.h"
@@ -39,6 +42,8 @@ class Queries {
 
   private:
     Value local_point(const Value& point);
+    Value of_selected(const check::Expr& expr, ir::ValueId object,
+                      const std::function<Value(int32_t index, ir::ValueId guard)>& ask);
     ir::ValueId query(int32_t object, ir::ValueId guard, const Value& point);
 
     diag::Sink* sink_;

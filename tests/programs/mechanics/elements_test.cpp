@@ -101,6 +101,33 @@ TEST_F(MechanicsElements, OblongVoxelsTurnTheOrderOfDirections) {
     EXPECT_GT(cubes[2], 1.2 * std::max(cubes[0], cubes[1]));
 }
 
+TEST_F(MechanicsElements, ModuliAreThoseOfTheConditions) {
+    scratch_.write("one.fl", R"(fablet One {
+    @uniform { Material stuff; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(stuff, 1);
+        return mc;
+    }
+})");
+    scratch_.write("mechanics.json", R"({"materials": {"stuff": {"nu": 0.4, "E_MPa": [
+        {"T_C": 10, "rate_1_s": 0.01, "value": 3}, {"T_C": 37, "rate_1_s": 0.01, "value": 0.75}]}}})");
+    const std::vector<std::string> words{"cell", path("one.fl"), "--cell", "4mm", "--voxel", "1mm"};
+    const Outcome open = mechanics(words);
+    EXPECT_EQ(open.exit_code, 1);
+    EXPECT_THAT(open.err, ::testing::HasSubstr("--temperature 23C"));
+    for (const auto& [temperature, modulus] :
+         {std::pair("10C", 3.0), {"37C", 0.75}, {"23.5C", 1.5}}) {
+        std::vector<std::string> at = words;
+        at.insert(at.end(), {"--temperature", temperature, "--rate", "100s"});
+        const JsonValue json = numbers(at);
+        const JsonMember* young = json.find("young_MPa");
+        ASSERT_NE(young, nullptr) << temperature;
+        EXPECT_NEAR(young->value.items[0].number, modulus, 1e-4 * modulus);
+    }
+}
+
 TEST_F(MechanicsElements, CellsOfOddNumbersOfVoxels) {
     // Layers along y of 2 of 5: by Voigt along x and z, by Reuss across.
     scratch_.write("layers.fl", R"(fablet Layers {
