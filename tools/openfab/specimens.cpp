@@ -33,7 +33,6 @@ namespace openfab::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using specimens::Piece;
 
 constexpr int kMostSpecimens = 1000, kMostCopies = 100, kMostSteps = 100;
 constexpr size_t kMostSourceBytes = 1'000'000;

@@ -112,15 +112,15 @@ class SolidReader {
     }
 
     /// A label of an assembly or a part; what it is called and coloured counts for what says nothing itself.
-    Result<void> visit(const TDF_Label& label, const TopLoc_Location& at, const std::string& holder,
-                       const Color& held_color, int depth) {
+    Result<void> visit(const TDF_Label& label, const TopLoc_Location& place,
+                       const std::string& holder, const Color& held_color, int depth) {
         if (depth > kDeepest) return error(messages::kAssembliesTooDeep);
         TDF_Label of = label;
-        TopLoc_Location placed = at;
+        TopLoc_Location placed = place;
         std::string name = name_of(label);
         Color color = color_of(label);
         if (XCAFDoc_ShapeTool::IsReference(label)) {
-            placed = at * XCAFDoc_ShapeTool::GetLocation(label);
+            placed = place * XCAFDoc_ShapeTool::GetLocation(label);
             XCAFDoc_ShapeTool::GetReferredShape(label, of);
             // An occurrence is often called NAUO1 by the format itself.
             const std::string part = name_of(of);
@@ -155,9 +155,9 @@ class SolidReader {
         return {};
     }
 
-    Result<void> add(const TopoDS_Shape& solid, const TopLoc_Location& at, const std::string& name,
-                     Color color) {
-        const TopoDS_Shape placed = solid.Moved(at);
+    Result<void> add(const TopoDS_Shape& solid, const TopLoc_Location& place,
+                     const std::string& name, Color color) {
+        const TopoDS_Shape placed = solid.Moved(place);
         BRepMesh_IncrementalMesh(placed, tolerance_mm_, Standard_False, kMostTurn, Standard_False);
         StepSolid out;
         out.name = name;
