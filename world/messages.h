@@ -2,12 +2,223 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The texts of messages.def as constants; `fmt::format(messages::kName, …)` checks what they take.
+// What is said of worlds and printers: OPENFAB_MESSAGE(name, "text"), by file, each remedy behind what it is for. Tests name
+// rows, so wording is changed here alone.
 
+#include "base/message.h"
+
+// clang-format off
 namespace openfab::world::messages {
 
-#define OPENFAB_MESSAGE(name, text) inline constexpr char name[] = text;
-#include "world/messages.def"
-#undef OPENFAB_MESSAGE
+// build_pieces
+OPENFAB_MESSAGE(kExplodeWithoutPiece, "{} has `explode_mm` but no `piece`")
+OPENFAB_MESSAGE(kExplodeWithoutPieceHelp, "it moves the pieces of `\"piece\": \"all\"` apart")
+OPENFAB_MESSAGE(kPieceOfUncutObject, "object `{}` has no piece `{}`: it is not cut")
+OPENFAB_MESSAGE(kPieceOfUncutObjectHelp, "cut it with `pieces`; `openfab split` finds them")
+OPENFAB_MESSAGE(kNoSuchPiece, "object `{}` has no piece `{}`")
+OPENFAB_MESSAGE(kAllAreAllOfThem, "; `all` means all of them")
+
+// build_reader
+OPENFAB_MESSAGE(kAtLeast, "the minimum is {:.6g}")
+OPENFAB_MESSAGE(kTransformsAlikeToFour, "{} transforms are rotations, or have the scale of others, to the four or five decimals they are written with: they are taken as exact, so that placements share a shape")
+OPENFAB_MESSAGE(kMustBePlacements, "it must be an array of one or more placements")
+OPENFAB_MESSAGE(kTooManyPlacements, "this makes {} placements")
+OPENFAB_MESSAGE(kAtMost, "at most {} are allowed")
+OPENFAB_MESSAGE(kPlacementsTakeTooMuch, "the placements so far, with their uniforms, take {:.0f} MB, but {:.0f} MB are allowed")
+OPENFAB_MESSAGE(kAllowMoreMemory, "allow more, as with `--memory 4GB`")
+OPENFAB_MESSAGE(kGridAndTransforms, "{} has `grid` and `transforms`")
+OPENFAB_MESSAGE(kOneOrTheOther, "give one or the other")
+OPENFAB_MESSAGE(kGroupsHoldTooMuch, "the groups of this world contain more than {} placements, counted again in each group")
+OPENFAB_MESSAGE(kObjectAndGroup, "an `object` and a `group`")
+OPENFAB_MESSAGE(kNoObjectNoGroup, "no `object` and no `group`")
+OPENFAB_MESSAGE(kNoObjectNoGroupHelp, "give one of the two")
+OPENFAB_MESSAGE(kNoSuchObject, "no object is called `{}`")
+OPENFAB_MESSAGE(kNoSuchGroup, "no group is called `{}`")
+OPENFAB_MESSAGE(kNoGroups, "the world has no `groups`")
+OPENFAB_MESSAGE(kGroupHoldsItself, "group `{}` contains itself")
+OPENFAB_MESSAGE(kGroupNestedTooDeep, "group `{}` is nested more than {} deep")
+OPENFAB_MESSAGE(kUniformOfNoObject, "uniform `{}` of {} names no object of the group")
+OPENFAB_MESSAGE(kUniformOfNoObjectHelp, "write `OBJECT.UNIFORM`, ")
+OPENFAB_MESSAGE(kMatrixAndOther, "{} has `matrix` and `{}`")
+OPENFAB_MESSAGE(kHeightAndOnBed, "{} has a height in `translate_mm` and is `on_bed`")
+OPENFAB_MESSAGE(kHeightAndOnBedHelp, "give `translate_mm` two numbers")
+OPENFAB_MESSAGE(kRowsOfMatrix, " (3 rows of 4, or 12 numbers row by row)")
+OPENFAB_MESSAGE(kGridNeedsSpacing, "{} needs `spacing_mm` (the gap between copies) or `step_mm` (from one copy to the next), not both")
+OPENFAB_MESSAGE(kTooManyRotatedMeshes, "the placements of this build depend on the boxes of too many rotated meshes")
+OPENFAB_MESSAGE(kTooManyRotatedMeshesHelp, "give more of them the same rotation, or place them with a `translate_mm` of three numbers")
+
+// fablet_sources
+OPENFAB_MESSAGE(kNoSuchSource, "the source `{}` of fablet `{}` does not exist")
+OPENFAB_MESSAGE(kPathsCountFromWorld, "paths are relative to the world's folder")
+OPENFAB_MESSAGE(kNoFablets, "{}: the world has no fablets")
+
+// json_reader
+OPENFAB_MESSAGE(kMustObject, "it must be an object")
+OPENFAB_MESSAGE(kUnknownKey, "unknown key `{}` in {}")
+OPENFAB_MESSAGE(kKeyMissing, "{} has no `{}`")
+OPENFAB_MESSAGE(kIsRequired, "it is required")
+OPENFAB_MESSAGE(kMustObjectNames, "it must be an object of names")
+OPENFAB_MESSAGE(kEmptyName, "an empty name in `{}`")
+OPENFAB_MESSAGE(kEmptyNameHelp, "give it one")
+OPENFAB_MESSAGE(kNameTooLong, "a name of {} bytes in `{}`; at most {} are possible")
+OPENFAB_MESSAGE(kMustString, "it must be a string")
+OPENFAB_MESSAGE(kMustTrueFalse, "it must be true or false")
+OPENFAB_MESSAGE(kMustNumber, "it must be a number")
+OPENFAB_MESSAGE(kMustBetween, "it must be between {:.6g} and {:.6g}")
+OPENFAB_MESSAGE(kMustWholeNumber, "it must be a whole number")
+OPENFAB_MESSAGE(kArrayOf, "an array of {}")
+OPENFAB_MESSAGE(kMustArrayNumbers, "it must be an array of {} numbers")
+OPENFAB_MESSAGE(kWriteItAs, "write it as {}")
+OPENFAB_MESSAGE(kColourForms, "#rrggbb or #rrggbbaa")
+OPENFAB_MESSAGE(kOpaqueColourForm, "#rrggbb (it is opaque)")
+
+// pieces_reader
+OPENFAB_MESSAGE(kNoDirection, "`{}` of {} is not a direction")
+OPENFAB_MESSAGE(kNoDirectionHelp, "at least one of its numbers must not be 0")
+OPENFAB_MESSAGE(kTooManyCuts, "more than {} cuts")
+OPENFAB_MESSAGE(kPieceCannotBeCalled, "a piece cannot be called `{}`")
+OPENFAB_MESSAGE(kPieceCannotBeCalledHelp, "`all` means all pieces, and dowels are numbered")
+OPENFAB_MESSAGE(kTwoPiecesOfName, "two pieces are called `{}`")
+OPENFAB_MESSAGE(kTwoPiecesOfNameHelp, "give one of them another name")
+OPENFAB_MESSAGE(kMustArray, "it must be an array")
+OPENFAB_MESSAGE(kMoreThanInList, "more than {} in `{}`")
+OPENFAB_MESSAGE(kTwoConnectorsInOne, "{} is a {} and a {}")
+OPENFAB_MESSAGE(kTwoConnectorsInOneHelp, "give one of them, with its position")
+OPENFAB_MESSAGE(kNoConnector, "{} is not a connector")
+OPENFAB_MESSAGE(kNoConnectorHelp, "give it a `peg`, `dowel`, `dovetail` or `magnet` with a position of three numbers, in mm of the mesh")
+OPENFAB_MESSAGE(kAlongAtRightAngle, "`along` of {} is at a right angle to the cut")
+OPENFAB_MESSAGE(kAlongAtRightAngleHelp, "a dovetail runs in the plane of the cut")
+OPENFAB_MESSAGE(kNoSuchMaterial, "no material is called `{}`")
+OPENFAB_MESSAGE(kConnectorWithoutKey, "{}: a {} has no `{}`")
+OPENFAB_MESSAGE(kLeaveItOut, "leave it out")
+OPENFAB_MESSAGE(kConnectorsNotCompared, "object `{}`: its connectors are not compared with its surface, which only the print knows: look at the pieces before you print them")
+OPENFAB_MESSAGE(kPieceEmpty, "piece `{}` of {} is empty: this cut, at {:.6g} mm along its normal, misses what earlier cuts left")
+OPENFAB_MESSAGE(kPieceEmptyHelp, "the mesh lies between {:.6g} and {:.6g} mm there; move `at_mm`, or remove the cut")
+
+// primitive_reader
+OPENFAB_MESSAGE(kNoDiameter, " has no diameter above 0 mm")
+OPENFAB_MESSAGE(kSectionTooWide, " has a section as wide as its ring, or wider")
+OPENFAB_MESSAGE(kShorterThanDiameter, " is shorter than its diameter")
+OPENFAB_MESSAGE(kShorterThanDiameterHelp, "give the diameter, then the length with both ends")
+OPENFAB_MESSAGE(kSizeNotAboveZero, " has a size that is not above 0 mm")
+OPENFAB_MESSAGE(kNotAPolygon, " is not a polygon")
+OPENFAB_MESSAGE(kNotAPolygonHelp, "write [[x, y], [x, y], [x, y]] in mm")
+OPENFAB_MESSAGE(kNotPolygons, " is not an array of polygons")
+OPENFAB_MESSAGE(kNotPolygonsHelp, "write [[[x, y], [x, y], [x, y]]] in mm; one within another is a hole")
+OPENFAB_MESSAGE(kCornerBeyondAxis, " has a corner beyond the axis")
+OPENFAB_MESSAGE(kCornerBeyondAxisHelp, "give [distance from the axis, z], the distance 0 or more")
+
+// printer
+OPENFAB_MESSAGE(kUnknownNoObject, "`unknown` is {}, not an object")
+OPENFAB_MESSAGE(kUnknownNoObjectHelp, "give it as {\"layer_time_s\": \"why it is not known\"}")
+OPENFAB_MESSAGE(kGivenAndUnknown, "`{}` is given and unknown at once")
+OPENFAB_MESSAGE(kPitchNotClear, "the printer's pitch is not clear")
+OPENFAB_MESSAGE(kPitchNotClearHelp, "give `pitch_mm`, or `dpi` and `layer_um`")
+OPENFAB_MESSAGE(kPitchOutside, "a pitch is not between 1e-6 and 1000 mm")
+OPENFAB_MESSAGE(kNotAnArray, "`{}` is {}, not an array")
+OPENFAB_MESSAGE(kSourceGivesTooMuch, "the source gives `{}`, which the printer does not have")
+OPENFAB_MESSAGE(kSupportWithoutName, "the support material has no name")
+OPENFAB_MESSAGE(kBuildVolumeNotAboveZero, "`build_volume_mm` has a size that is not above 0")
+OPENFAB_MESSAGE(kNoSuchPrinter, "no printer is called `{}`, and it is not the path of a {} file; {}")
+
+// process
+OPENFAB_MESSAGE(kNumberOrOfMaterials, "it must be a number, or an object with one for each material and `*` for the others")
+OPENFAB_MESSAGE(kMustBePairsOfNames, "it must be an array of pairs of names, such as [[\"water\", \"salt\"]]")
+OPENFAB_MESSAGE(kApartNoArray, "`apart` is {}")
+OPENFAB_MESSAGE(kEntryIsNoPair, "an entry of `apart` is not a pair")
+OPENFAB_MESSAGE(kScaleOutside, "`scale` has {:.6g}")
+OPENFAB_MESSAGE(kScaleOutsideHelp, "it must be between {} and {}")
+OPENFAB_MESSAGE(kFieldEmpty, "`field` is empty")
+OPENFAB_MESSAGE(kFieldEmptyHelp, "name a file")
+
+// program_reader
+OPENFAB_MESSAGE(kNotWords, " is not a list of words")
+OPENFAB_MESSAGE(kNotWordsHelp, "write [\"python3\", \"trees.py\"]")
+OPENFAB_MESSAGE(kWordWithZero, "a word of {} has a zero byte")
+OPENFAB_MESSAGE(kNoFirstWord, " has no first word")
+OPENFAB_MESSAGE(kAttributeName, "an attribute of {} is called `{}`")
+OPENFAB_MESSAGE(kAttributeNameHelp, "a fablet reads it by its name: letters, digits and `_`")
+OPENFAB_MESSAGE(kPlacesNoList, "`places` of {} is not a list")
+OPENFAB_MESSAGE(kPlacesNoListHelp, "list names of objects: [\"leaf\"]")
+
+// transforms_file
+OPENFAB_MESSAGE(kNumberBeyond, "`{}` is beyond {:.0f}")
+OPENFAB_MESSAGE(kTooManyNumbers, "there are more than 12 numbers")
+OPENFAB_MESSAGE(kTransformNumbers, "a transform of {} numbers")
+OPENFAB_MESSAGE(kTransformNumbersHelp, "it has 3, a translation, or 12, a 3 x 4 matrix row by row")
+OPENFAB_MESSAGE(kTooManyTransforms, "more than {} transforms")
+OPENFAB_MESSAGE(kNoTransform, "{}: the file has no transforms")
+
+// uniform_values
+OPENFAB_MESSAGE(kKeyNoNumbers, " has a key that is not an array of numbers")
+OPENFAB_MESSAGE(kKeyNoNumbersHelp, "a key is its position and the value there, such as `[0.5, 2]`, or three numbers of a colour, such as `[0.5, 1, 0, 0]`")
+OPENFAB_MESSAGE(kKeysNoArray, "`keys` of {} is not an array")
+OPENFAB_MESSAGE(kInterpolationNone, "`interpolation` of {} is unknown")
+OPENFAB_MESSAGE(kInterpolationNoneHelp, "it is `step`, `linear` or `cubic`")
+OPENFAB_MESSAGE(kObjectWithoutKeys, " is an object without `keys`")
+OPENFAB_MESSAGE(kObjectWithoutKeysHelp, "a curve is given as `{\"keys\": [[0, 1], [5, 2]]}`")
+OPENFAB_MESSAGE(kMixedValues, "mixes kinds of values")
+OPENFAB_MESSAGE(kMixedValuesHelp, "it must be a number, a boolean, the name of a texture or material, an array of these, or an object with the `keys` of a curve")
+OPENFAB_MESSAGE(kEmptyArray, " is an empty array")
+OPENFAB_MESSAGE(kEmptyArrayHelp, "give its values")
+
+// world
+OPENFAB_MESSAGE(kTransformsAlikeToSix, "{} of {} placements are rotations, or have the scale of others, to six decimals only: they are taken as exact, so that they share a shape")
+OPENFAB_MESSAGE(kWorldVersion, "the world's version is {:.6g}")
+OPENFAB_MESSAGE(kWorldVersionHelp, "this program reads version 1")
+OPENFAB_MESSAGE(kSupportNeither, "`support` is neither true, false nor the name of a material")
+OPENFAB_MESSAGE(kMustBeAboveZero, " must be above 0")
+OPENFAB_MESSAGE(kSameKeyColour, "{} has the key colour of material `{}`")
+OPENFAB_MESSAGE(kSameKeyColourHelp, "keys distinguish materials in slices and must differ")
+OPENFAB_MESSAGE(kTooManyMaterials, "more than {} materials")
+OPENFAB_MESSAGE(kTooManyMaterialsHelp, "a world has at most that many")
+OPENFAB_MESSAGE(kTooManyTextures, "more than {} textures; a world has at most that many")
+OPENFAB_MESSAGE(kOneMode, " has one mode in its list")
+OPENFAB_MESSAGE(kWrongModes, "{} has {} modes")
+OPENFAB_MESSAGE(kWrongModesHelp, "write the mode alone, or two: along u and along v")
+OPENFAB_MESSAGE(kBothKeys, "{} has `{}` and `{}`")
+OPENFAB_MESSAGE(kBothKeysHelp, "give one of them")
+OPENFAB_MESSAGE(kNoFile, "{} has no `file`")
+OPENFAB_MESSAGE(kNoFileHelp, "give one, or `beams`, a `shape`, `grow`, a `program`, or in mm one of `{}`")
+OPENFAB_MESSAGE(kRepairWithoutFile, "`repair` of {} has no effect: its mesh is not a file's")
+OPENFAB_MESSAGE(kRepairWithoutFileHelp, "leave it out: what is not read from a file is closed already")
+OPENFAB_MESSAGE(kBoxWithoutShape, "`{}` of {} goes with a `shape`")
+OPENFAB_MESSAGE(kBoxWithoutShapeHelp, "a `box` has its size in mm")
+OPENFAB_MESSAGE(kGoesWithProgram, "`{}` of {} goes with a `program`")
+OPENFAB_MESSAGE(kGoesWithFile, "`{}` of {} goes with a `file`")
+OPENFAB_MESSAGE(kGoesWithFileHelp, "a {} is in mm and has its own `face` numbers")
+OPENFAB_MESSAGE(kMeshesTakeTooMuch, "the meshes of this world up to here take more memory than is allowed")
+OPENFAB_MESSAGE(kNoBox, "{} has no `box_mm`")
+OPENFAB_MESSAGE(kNoBoxHelp, "give two corners of a box that contains all of it: [[x, y, z], [x, y, z]]")
+OPENFAB_MESSAGE(kNotTwoCorners, " is not two corners")
+OPENFAB_MESSAGE(kBoxTurned, "{} is from {} to {} along {}")
+OPENFAB_MESSAGE(kBoxTurnedHelp, "the lower corner comes first")
+OPENFAB_MESSAGE(kNoMeshExtension, "{} is `{}`, which does not have the extension of a mesh")
+OPENFAB_MESSAGE(kBodyEmpty, "`body` of {} is empty")
+OPENFAB_MESSAGE(kBodyEmptyHelp, "leave it out for the whole file")
+OPENFAB_MESSAGE(kGltfIsYUp, "`up` of {}: glTF is y-up by definition, and the mesh is already rotated")
+OPENFAB_MESSAGE(kGroupsAttributeTaken, "`groups_attribute` of {} is `{}`, a name that is taken")
+OPENFAB_MESSAGE(kGroupsAttributeTakenHelp, "choose another")
+OPENFAB_MESSAGE(kNoneOfName, "no {} is called `{}`")
+
+// world_files
+OPENFAB_MESSAGE(kNotBelowFolder, "{} is `{}`, which is not below the world's folder")
+OPENFAB_MESSAGE(kNotBelowFolderHelp, "put it there, or allow it with `--allow {}`")
+OPENFAB_MESSAGE(kNotAFileName, "{} is not a file name")
+OPENFAB_MESSAGE(kNotAFile, "is not a file")
+OPENFAB_MESSAGE(kDoesNotExist, "does not exist")
+OPENFAB_MESSAGE(kTooManyFiles, "the world names more than {} files")
+OPENFAB_MESSAGE(kFilesReadAgain, "the world reads more than 2 GB of files a second time, here `{}`")
+OPENFAB_MESSAGE(kFilesReadAgainHelp, "name each file once, and refer to the mesh or texture made from it")
+OPENFAB_MESSAGE(kNoFileMatches, "{}: no file matches `{}`")
+
+// edit/
+OPENFAB_MESSAGE(kNoWorld, "{}: this is not a world")
+OPENFAB_MESSAGE(kSectionIsNoObject, "{}: `{}` is not an object")
+OPENFAB_MESSAGE(kNoObjectOfName, "{}: there is no object `{}`")
+OPENFAB_MESSAGE(kNoSuchPlace, "{}: there is no `{}` here")
+OPENFAB_MESSAGE(kUniformsNoObject, "{}: the uniforms of `{}` are not an object")
+OPENFAB_MESSAGE(kProgramStays, "the program of mesh `{}` runs in the world's folder, so a world that is made of this one must be there")
+OPENFAB_MESSAGE(kProgramStaysHelp, "write it into {}")
 
 }  // namespace openfab::world::messages

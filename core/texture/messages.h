@@ -2,12 +2,132 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The texts of messages.def as constants; `fmt::format(messages::kName, …)` checks what they take.
+// What is said of pictures and volumes: OPENFAB_MESSAGE(name, "text"), by file, each remedy behind what it is for. Tests
+// name rows, so wording is changed here alone.
 
+#include "base/message.h"
+
+// clang-format off
 namespace openfab::texture::messages {
 
-#define OPENFAB_MESSAGE(name, text) inline constexpr char name[] = text;
-#include "texture/messages.def"
-#undef OPENFAB_MESSAGE
+// cache
+OPENFAB_MESSAGE(kNoPipe, "cannot create a pipe: {}")
+OPENFAB_MESSAGE(kCannotStart, "cannot start {}: {}")
+OPENFAB_MESSAGE(kCannotWaitForHelper, "cannot wait for the texture helper: {}")
+OPENFAB_MESSAGE(kNoConverter, "{} must be converted, but `openfab`, the program that does it, was found neither beside this one nor on the PATH; put it there, or set OPENFAB_HELPER to it")
+OPENFAB_MESSAGE(kCannotConvert, "cannot convert {}: {} {}")
+OPENFAB_MESSAGE(kEndedBySignal, "was ended by signal {}")
+OPENFAB_MESSAGE(kFailedWithCode, "failed with exit code {}")
+OPENFAB_MESSAGE(kNotCached, "filtered textures are not cached: {}")
+OPENFAB_MESSAGE(kNoCacheFolder, "neither HOME nor XDG_CACHE_HOME is set")
+OPENFAB_MESSAGE(kFolderNotUsed, "the folder `{}` cannot be used: ")
+OPENFAB_MESSAGE(kNothingIsKept, "nothing can be kept in the folder `{}`: ")
+OPENFAB_MESSAGE(kCannotReadBecause, "cannot read {}: ")
+
+// data_files
+OPENFAB_MESSAGE(kDataFilesMalformed, "its data files, `{}`, are not a pattern with a first and a last number and a step, nor a list")
+OPENFAB_MESSAGE(kDataFilesMalformedHelp, "write it as `s%03d.raw 0 99 1`, or `LIST` with a name a line behind it")
+
+// meta_header
+OPENFAB_MESSAGE(kNotMetaImage, "it is not a MetaImage file: no line names its ElementDataFile")
+
+// nifti_header
+OPENFAB_MESSAGE(kNotNifti, "it is not a NIfTI file")
+OPENFAB_MESSAGE(kHeaderDamaged, "its header is damaged")
+
+// nrrd_header
+OPENFAB_MESSAGE(kNotNrrd, "it is not an NRRD file")
+OPENFAB_MESSAGE(kDataFileUnreadable, "its data file `{}` cannot be read: ")
+
+// pyramid
+OPENFAB_MESSAGE(kPyramidEmpty, "{} is not an .oftx file: it is empty")
+OPENFAB_MESSAGE(kCannotRead, "cannot read {}: {}")
+
+// pyramid_file
+OPENFAB_MESSAGE(kCannotWrite, "cannot write {}: {}")
+OPENFAB_MESSAGE(kCannotBeRead, "cannot be read: ")
+OPENFAB_MESSAGE(kPyramidTooShort, "is not an .oftx file: it is too short")
+OPENFAB_MESSAGE(kChecksumWrong, "is damaged: its checksum is wrong")
+OPENFAB_MESSAGE(kAlphaAlone, "it has an alpha channel and nothing else")
+OPENFAB_MESSAGE(kTooShort, "it is too short")
+OPENFAB_MESSAGE(kNotPyramid, "is not an .oftx file")
+OPENFAB_MESSAGE(kPyramidVersion, "is an .oftx file of version {}")
+OPENFAB_MESSAGE(kPyramidVersionHelp, "this program reads version {}")
+OPENFAB_MESSAGE(kIsDamaged, "is damaged: ")
+OPENFAB_MESSAGE(kHeaderContradictory, "is damaged: its header contradicts itself")
+OPENFAB_MESSAGE(kFileCutShort, "is cut short or damaged: it has {} bytes, but its header says {}")
+OPENFAB_MESSAGE(kLevelTableContradictory, "is damaged: its level table contradicts its size")
+
+// pyramid_layout
+OPENFAB_MESSAGE(kPictureEmpty, "the picture is empty ({} x {})")
+OPENFAB_MESSAGE(kPictureTooWide, "the picture is {} x {}")
+OPENFAB_MESSAGE(kPictureTooWideHelp, "at most {} pixels a side are possible")
+OPENFAB_MESSAGE(kPictureChannels, "the picture has {} channels")
+OPENFAB_MESSAGE(kChannelsHelp, "1 to 4 are possible")
+OPENFAB_MESSAGE(kPictureTooLarge, "the picture is {} x {} with {} channels, which is too large")
+OPENFAB_MESSAGE(kPictureTooLargeHelp, "scale it down, or read only one channel with \"channels\": \"luminance\"")
+OPENFAB_MESSAGE(kVolumeEmpty, "the volume is empty ({})")
+OPENFAB_MESSAGE(kVolumeTooWide, "the volume is {}")
+OPENFAB_MESSAGE(kVolumeTooWideHelp, "at most {} texels a side are possible")
+OPENFAB_MESSAGE(kVolumePlaceNotFinite, "the volume's origin and spacing must be finite, and its spacing above 0")
+OPENFAB_MESSAGE(kVolumeChannels, "the volume has {} channels")
+OPENFAB_MESSAGE(kVolumeTooLarge, "the volume is {} with {} channels, which is too large")
+OPENFAB_MESSAGE(kVolumeTooLargeHelp, "scale it down")
+
+// volume
+OPENFAB_MESSAGE(kTooManyFiles, "it has more than {} files in it and below")
+OPENFAB_MESSAGE(kFolderEmpty, "the folder is empty")
+OPENFAB_MESSAGE(kNoSuchFile, "no such file")
+
+// xdmf_grid
+OPENFAB_MESSAGE(kSizesNotWhole, "its `Dimensions` are not whole numbers of at least 1, or are too large")
+OPENFAB_MESSAGE(kWritePlain, "write the file with its data as XML or Binary, or as a .vtu")
+OPENFAB_MESSAGE(kPrecisionUnknown, "its precision is `{}`; 1, 2, 4 or 8 bytes are possible")
+OPENFAB_MESSAGE(kNumberTypeUnknown, "its numbers have the unknown type `{}`")
+OPENFAB_MESSAGE(kNumberBytesUnknown, "numbers of {} bytes are not supported")
+OPENFAB_MESSAGE(kItemComputed, "it is computed from others (`{}`)")
+OPENFAB_MESSAGE(kItemReference, "it is a reference to another")
+OPENFAB_MESSAGE(kItemReferenceHelp, "write the numbers where they are used")
+OPENFAB_MESSAGE(kItemFormatUnknown, "its format `{}` is unknown")
+OPENFAB_MESSAGE(kItemCompressed, "it is compressed with `{}`")
+OPENFAB_MESSAGE(kItemCompressedHelp, "write it uncompressed")
+OPENFAB_MESSAGE(kSeekNoNumber, "its `Seek` is `{}`, which is not a number of bytes")
+OPENFAB_MESSAGE(kSlabRowsMissing, "its hyperslab must have a start, a stride and a count for each side of its array")
+OPENFAB_MESSAGE(kSlabBeyondArray, "its hyperslab goes beyond the {} numbers along a side of its array")
+OPENFAB_MESSAGE(kSlabCountDiffers, "its hyperslab has {} numbers, its `Dimensions` say {}")
+OPENFAB_MESSAGE(kNotXdmf, "it is not an XDMF file")
+OPENFAB_MESSAGE(kGridInArray, "a `Grid` does not belong in a `DataItem`")
+OPENFAB_MESSAGE(kTooManyArrays, "its grid has more than {} arrays")
+OPENFAB_MESSAGE(kNoGrid, "it has no grid")
+OPENFAB_MESSAGE(kSeveralGrids, "it has more than one grid")
+OPENFAB_MESSAGE(kSeveralGridsHelp, "merge them, or write each to a file of its own")
+OPENFAB_MESSAGE(kIncludeElsewhere, "its grid includes parts by `xi:include` that are not the cells and points of the only other grid")
+OPENFAB_MESSAGE(kIncludeElsewhereHelp, "write the grid with its own Topology, Geometry and Attribute")
+OPENFAB_MESSAGE(kSeriesNested, "it has a series of steps inside another")
+OPENFAB_MESSAGE(kGridTypeUnknown, "it has a grid of type `{}`")
+OPENFAB_MESSAGE(kGridTypeUnknownHelp, "write a Uniform one")
+OPENFAB_MESSAGE(kSlabNumbersElsewhere, "the numbers of its hyperslab are not in the file itself")
+OPENFAB_MESSAGE(kSlabWithoutTwoItems, "its hyperslab does not have two items: which part, and of which array")
+OPENFAB_MESSAGE(kTopologyWithoutCount, "its topology does not say how many elements it has")
+OPENFAB_MESSAGE(kBaseOffsetNotWhole, "its `BaseOffset` is not a whole number")
+OPENFAB_MESSAGE(kElementFunction, "it is a function on finite elements, as `write_checkpoint` of FEniCS writes it")
+OPENFAB_MESSAGE(kElementFunctionHelp, "write its values at the nodes: `XDMFFile.write`")
+OPENFAB_MESSAGE(kPartReference, "its {} is a reference to another")
+OPENFAB_MESSAGE(kPartReferenceHelp, "write it where it is used, or take it with `xi:include`")
+OPENFAB_MESSAGE(kCornersOrdered, "its corners are in an order of their own")
+OPENFAB_MESSAGE(kCornersOrderedHelp, "write it without `Order`")
+OPENFAB_MESSAGE(kNoDataFile, "it names no data file")
+OPENFAB_MESSAGE(kXmlTooLarge, "it is {} of text, more than a quarter of the {} that `--memory` allows")
+OPENFAB_MESSAGE(kXmlTooLargeHelp, "write its data as Binary, or allow more, as `--memory 4GB`")
+OPENFAB_MESSAGE(kAtLine, "line {}: {}")
+
+// xdmf_steps
+OPENFAB_MESSAGE(kSeveralSeries, "it has several series of steps, of {}, and `field` names none")
+OPENFAB_MESSAGE(kTimesNotNumbers, "the times of its steps are not numbers")
+OPENFAB_MESSAGE(kTimeNotNumber, "the time of a step is `{}`, which is not a number")
+OPENFAB_MESSAGE(kNoSeriesOfField, "none of its series of steps has a field `{}`; they have {}")
+OPENFAB_MESSAGE(kNoSteps, "it has no steps for `time` to choose from")
+OPENFAB_MESSAGE(kNoStepsHelp, "leave `time` out")
+OPENFAB_MESSAGE(kNoStepAtTime, "none of its {} steps has the time {:g}; they have {}")
 
 }  // namespace openfab::texture::messages

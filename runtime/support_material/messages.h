@@ -2,12 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The texts of messages.def as constants; `fmt::format(messages::kName, …)` checks what they take.
+// What is said of support: OPENFAB_MESSAGE(name, "text"), by file, each remedy behind what it is for. Tests name rows, so
+// wording is changed here alone.
 
+#include "base/message.h"
+
+// clang-format off
 namespace openfab::support_material::messages {
 
-#define OPENFAB_MESSAGE(name, text) inline constexpr char name[] = text;
-#include "runtime/support_material/messages.def"
-#undef OPENFAB_MESSAGE
+// depth_map
+OPENFAB_MESSAGE(kSupportTakesMemory, "support does not fit the memory budget: its depth map takes more than {}, up to {}; allow more, as `--memory 4GB`, or print with `--support off`")
 
 }  // namespace openfab::support_material::messages

@@ -24,7 +24,7 @@ function rows() {
             const path = join(folder, name);
             if (["build", "out", "node_modules", ".git"].includes(name)) continue;
             if (statSync(path).isDirectory()) visit(path);
-            else if (name.endsWith("messages.def")) {
+            else if (name.endsWith("messages.h")) {
                 for (const [, row, literals] of readFileSync(path, "utf8").matchAll(/OPENFAB_MESSAGE\((\w+),\s*((?:"(?:[^"\\]|\\.)*"\s*)+)\)/g))
                     found.push({ file: path.slice(root.length), name: row, text: [...literals.matchAll(/"(?:[^"\\]|\\.)*"/g)].map(([one]) => JSON.parse(one)).join("") });
             }

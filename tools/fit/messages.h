@@ -2,12 +2,114 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The texts of messages.def as constants; `fmt::format(messages::kName, …)` checks what they take.
+// What fits say: OPENFAB_MESSAGE(name, "text"), by file, each remedy behind what it is for. Tests name rows, so wording is
+// changed here alone.
 
+#include "base/message.h"
+
+// clang-format off
 namespace openfab::fit::messages {
 
-#define OPENFAB_MESSAGE(name, text) inline constexpr char name[] = text;
-#include "tools/fit/messages.def"
-#undef OPENFAB_MESSAGE
+// fit
+OPENFAB_MESSAGE(kNameBoth, "name a world (.fab.json) and a file of goals (.json): `openfab fit WORLD GOALS`")
+OPENFAB_MESSAGE(kTooManyChoices, "the choices of all unknowns make more than {} combinations, and each is searched")
+OPENFAB_MESSAGE(kNoPrices, "printer `{}` has no prices, so nothing has a cost")
+OPENFAB_MESSAGE(kNoPricesHelp, "give the `cost` of its process, as with `--process machine.json`")
+OPENFAB_MESSAGE(kProgress, "{} evaluations\n")
+OPENFAB_MESSAGE(kUnknownMovesNothing, "no goal depends on `{}`, as far as was tried: none has another value at its least, its greatest or between")
+OPENFAB_MESSAGE(kGoalMovesNot, "no unknown moves {}: it is {:.6g}{} in all that was tried")
+OPENFAB_MESSAGE(kGoalMovesNotHelp, "name unknowns that the amounts of this material depend on")
+OPENFAB_MESSAGE(kInterruptedBefore, "interrupted before the first evaluation")
+OPENFAB_MESSAGE(kInterruptedBest, "interrupted; the above is the best until then, as mixtures, and was not counted as printed voxels")
+OPENFAB_MESSAGE(kSteps, "{} jumps by {:.3g}{} where it should be what is wanted: voxels change all at once; `smoothstep` in place of a comparison lets them change little by little")
+OPENFAB_MESSAGE(kRange, "{} was between {:.6g} and {:.6g}{} in all that was tried")
+OPENFAB_MESSAGE(kNotReached, "not all goals are reached")
+OPENFAB_MESSAGE(kNotReachedHelp, "the best is above; widen bounds of unknowns, or allow more with `within`")
+OPENFAB_MESSAGE(kNotPrinted, "{} is not known of the dithered voxels: {}")
+OPENFAB_MESSAGE(kNoPitch, "the mechanics tell no size of elements")
+OPENFAB_MESSAGE(kNoNumber, "the mechanics have no {}")
+OPENFAB_MESSAGE(kHistoryEnds, "`--history {}`: name a file that ends in .csv or .svg")
+OPENFAB_MESSAGE(kOutputSets, "`{}` writes what was found, and nothing of `--set`: write those values into the world first, or print with the settings that the last line names")
+OPENFAB_MESSAGE(kOutputEnds, "`-o {}`: name a world that ends in .fab.json")
+
+// goals
+OPENFAB_MESSAGE(kFile, "the file")
+OPENFAB_MESSAGE(kGoal, "a goal")
+OPENFAB_MESSAGE(kNoUnknowns, "`unknowns` names none")
+OPENFAB_MESSAGE(kUnknownForm, "`{}` names no uniform of an object")
+OPENFAB_MESSAGE(kUnknownFormHelp, "write `OBJECT.UNIFORM`, or `OBJECT.UNIFORM[0]` for the first of several numbers")
+OPENFAB_MESSAGE(kNoSuchObject, "there is no object `{}`")
+OPENFAB_MESSAGE(kNotPlaced, "the build does not place `{}`, so no voxel depends on it")
+OPENFAB_MESSAGE(kNotPlacedHelp, "place it in `build`")
+OPENFAB_MESSAGE(kPlacementsOwn, "a placement of `{}` has a value of its own for `{}` (line {} of the world)")
+OPENFAB_MESSAGE(kPlacementsOwnHelp, "leave it out there: what is found is for all of them")
+OPENFAB_MESSAGE(kNoSuchUniform, "the fablet of `{}` has no uniform `{}`")
+OPENFAB_MESSAGE(kOfNoNumber, "`{}` (`{}`) is no number that could be moved")
+OPENFAB_MESSAGE(kOfNoNumberHelp, "unknowns are floats, ints, uints, bools, enums and single materials")
+OPENFAB_MESSAGE(kComponents, "`{}` does not name one number of `{}`")
+OPENFAB_MESSAGE(kComponentsHelp, "name `{0}.{1}[0]` to `{0}.{1}[{2}]`")
+OPENFAB_MESSAGE(kChoicesMissing, "`{}` has no `choices`")
+OPENFAB_MESSAGE(kChoicesMissingHelp, "list the values to try, such as `[\"white\", \"black\"]`")
+OPENFAB_MESSAGE(kBoundOfNames, "`{}` has no `{}`: its values are names, or true and false, and all are tried")
+OPENFAB_MESSAGE(kChoicesOfComponent, "a component of several numbers cannot be searched through")
+OPENFAB_MESSAGE(kChoicesOfComponentHelp, "list `choices` of the whole uniform")
+OPENFAB_MESSAGE(kBesideChoices, "`{}` beside `choices` has no meaning")
+OPENFAB_MESSAGE(kChoicesNoList, "`choices` must be a list of one or more values")
+OPENFAB_MESSAGE(kNoBound, "{} has no `{}`, and its declaration has no limit")
+OPENFAB_MESSAGE(kNoBoundHelp, "give `{}`")
+OPENFAB_MESSAGE(kNoRoom, "{} has no values between {:.6g} and {:.6g}")
+OPENFAB_MESSAGE(kNoRoomHelp, "`min` must be below `max`")
+OPENFAB_MESSAGE(kWholeNumbers, "{} has no whole number, or more than a thousand, from {:.6g} to {:.6g}")
+OPENFAB_MESSAGE(kWholeNumbersHelp, "each is tried")
+OPENFAB_MESSAGE(kNoGoals, "`goals` must be a list of one or more goals")
+OPENFAB_MESSAGE(kNoGoalsHelp, "such as `{{\"share\": \"black\", \"equal\": 0.3}}`")
+OPENFAB_MESSAGE(kTwoQuantities, "a goal is about `{}` and `{}`")
+OPENFAB_MESSAGE(kTwoQuantitiesHelp, "make two goals")
+OPENFAB_MESSAGE(kNoQuantity, "a goal is about nothing")
+OPENFAB_MESSAGE(kNoQuantityHelp, "give one of `share`, `volume_ml`, `weight_g`, `cost`, `deflection_mm`, `moved_mm`, `work_Nmm`, `resistance_ohm`, `resistance_K_W`, `young_MPa`, `poisson` and `stiffness_MPa`")
+OPENFAB_MESSAGE(kDoesNotBelong, "`{}` has no meaning for `{}`")
+OPENFAB_MESSAGE(kNoCell, "`{}` is of a cell, and there is no `cell_mm`")
+OPENFAB_MESSAGE(kNoCellHelp, "give its sides, such as `[8, 8, 8]`")
+OPENFAB_MESSAGE(kTensorEntry, "a number of the stiffness is written as `11` to `66`")
+OPENFAB_MESSAGE(kTensorEntryHelp, "1, 2, 3 are xx, yy, zz and 4, 5, 6 are yz, xz, xy")
+OPENFAB_MESSAGE(kNoSuchCase, "the world has no case `{}`")
+OPENFAB_MESSAGE(kOneForce, "`deflection_mm` is along the force of a case whose only load is one `force_N`")
+OPENFAB_MESSAGE(kOneForceHelp, "ask for `work_Nmm` or `moved_mm` of this case")
+OPENFAB_MESSAGE(kInBox, " in the box")
+OPENFAB_MESSAGE(kInObject, " in {}")
+OPENFAB_MESSAGE(kNoSuchPlaced, "the build places no object `{}`")
+OPENFAB_MESSAGE(kCostOfAll, "only the whole print has a cost: `\"cost\": \"all\"`")
+OPENFAB_MESSAGE(kShareOfAll, "the share of all in all is 1")
+OPENFAB_MESSAGE(kShareOfAllHelp, "name a material")
+OPENFAB_MESSAGE(kNoSuchMaterial, "there is no material `{}`")
+OPENFAB_MESSAGE(kCorner, "a corner of `box_mm`")
+OPENFAB_MESSAGE(kBox, "`box_mm` has no two corners")
+OPENFAB_MESSAGE(kBoxEmpty, "`box_mm` has no volume")
+OPENFAB_MESSAGE(kBoxHelp, "write the lowest corner, then the highest: `[[0, 0, 0], [10, 10, 2]]`")
+OPENFAB_MESSAGE(kOneRelation, "`{}` wants one of `equal`, bounds and `aim`")
+OPENFAB_MESSAGE(kOneRelationHelp, "give `equal`, or `at_least` and `at_most`, or `aim` (`least` or `most`)")
+OPENFAB_MESSAGE(kNothingBetween, "`{}` cannot be at least {:.6g} and at most {:.6g}")
+OPENFAB_MESSAGE(kTwoAims, "two goals have an `aim`")
+OPENFAB_MESSAGE(kTwoAimsHelp, "give bounds to one of them")
+OPENFAB_MESSAGE(kContradict, "{} contradicts the goal in line {}: it cannot be at least {:.6g} and at most {:.6g}")
+OPENFAB_MESSAGE(kSharesBeyondOne, "the shares that are wanted sum up to {:.6g}")
+OPENFAB_MESSAGE(kSharesBeyondOneHelp, "all shares of a region are 1 together")
+
+// property_measure
+OPENFAB_MESSAGE(kNoTable, "it has no `materials` and `rows` of measured mixtures, two or more")
+OPENFAB_MESSAGE(kOneCondition, "the table has values at several temperatures or rates")
+OPENFAB_MESSAGE(kOneConditionHelp, "leave one row in each list of values: that of use")
+OPENFAB_MESSAGE(kNoTableHelp, "make it a table as `openfab property` reads it")
+OPENFAB_MESSAGE(kTableMaterial, "a material of the table")
+OPENFAB_MESSAGE(kTableRow, "a row has no `mixture` or no `value`")
+
+// report
+OPENFAB_MESSAGE(kOfChoices, "of {} choices")
+OPENFAB_MESSAGE(kFromTo, "from {:.6g} to {:.6g}")
+OPENFAB_MESSAGE(kHead, "goal                                  wanted   as mixtures    as printed       pitch      dither\n")
+OPENFAB_MESSAGE(kMissed, "  missed")
+OPENFAB_MESSAGE(kEffort, "{} evaluations{} in {}, after {} of set-up; {} {}\n")
+OPENFAB_MESSAGE(kSearchedOn, " on voxels of {:.2f} times the printer's")
+OPENFAB_MESSAGE(kSets, "print it with{}\n")
 
 }  // namespace openfab::fit::messages

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Finds a message of a catalogue (a room's messages.def) in what was said, whatever its wording.
+// Finds a message of a catalogue (a room's messages.h) in what was said, whatever its wording.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

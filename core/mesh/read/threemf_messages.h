@@ -1,8 +1,14 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
+#pragma once
+
 // What the reader of 3MF says: OPENFAB_MESSAGE(name, "text"), by file, each remedy behind what it is for. Tests name rows, so
 // wording is changed here alone.
+
+#include "base/message.h"
+
+// clang-format off
+namespace openfab::mesh::messages {
 
 // threemf
 OPENFAB_MESSAGE(kBuildNoItems, "{}: the build has no items, so that nothing is printed")
@@ -192,3 +198,5 @@ OPENFAB_MESSAGE(kSupportPointsHelp, "choose supports in the world")
 // threemf_shapes
 OPENFAB_MESSAGE(kLevelSetsOfType, "level sets of type `{}`")
 OPENFAB_MESSAGE(kLevelSetsTakeTooMuch, "{}: its level sets take more memory than is allowed")
+
+}  // namespace openfab::mesh::messages
