@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "compiler/ir/shape_distance.h"
+
 namespace openfab::passes {
 
 namespace {
@@ -80,14 +82,21 @@ bool may_decide(Op op, Type type) {
 
 class LooksForm {
   public:
-    LooksForm(const ir::Stage& volume, const std::vector<Interval>& intervals, ir::Builder* builder)
-        : from_(volume), intervals_(intervals), b_(*builder), live_(ir::live_values(volume)) {}
+    /// `shape`: of a shape, not of a volume.
+    LooksForm(const ir::Stage& stage, bool shape, const std::vector<Interval>& intervals,
+              ir::Builder* builder)
+        : from_(stage),
+          shape_(shape),
+          intervals_(intervals),
+          b_(*builder),
+          live_(ir::live_values(stage)) {}
 
     std::optional<ValueId> run() {
         bool distance = false;
         for (ValueId id = 0; id < from_.instrs.size(); ++id) {
             const ir::Instr& instr = from_.instrs[id];
-            distance |= live_[id] && instr.op == Op::kInput && instr.kind == OPENFAB_ARG_DISTANCE;
+            distance |= live_[id] && instr.op == Op::kInput &&
+                        instr.kind == (shape_ ? abi::kShapeDistance : OPENFAB_ARG_DISTANCE);
         }
         if (!distance) return std::nullopt;
         for (std::vector<Differs>& of : differs_)
@@ -101,10 +110,10 @@ class LooksForm {
         Differs any = kSame;
         for (const ir::Output& output : from_.outputs) {
             const ir::Instr& instr = from_.instrs[output.value];
-            const Differs differs = of(output.value, false);
+            const Differs differs = of(output.value, shape_);
             any = either(any, may_decide(instr.op, instr.type)
                                   ? differs
-                                  : unless_single(output.value, differs, false));
+                                  : unless_single(output.value, differs, shape_));
         }
         return any == kSame ? b_.constant(false) : any;
     }
@@ -148,6 +157,14 @@ class LooksForm {
             return unless_single(
                 id, either(both(arg(0), interval(1).lo), both(arg(1), interval(0).lo)), bits);
         }
+        if (shape_ && instr.type == Type::kFloat &&
+            (instr.op == Op::kMin || instr.op == Op::kMax)) {
+            const bool most = instr.op == Op::kMax;
+            return unless_single(id,
+                                 either(both(arg(0), chance(interval(0), interval(1), most)),
+                                        both(arg(1), chance(interval(1), interval(0), most))),
+                                 bits);
+        }
         Differs any = kSame;
         const bool zeros = bits || tells_zeros(instr.op, instr.type);
         for (const ValueId operand : instr.args)
@@ -155,7 +172,16 @@ class LooksForm {
         return may_decide(instr.op, instr.type) ? unless_single(id, any, bits) : any;
     }
 
-    static bool is_nearest(const ir::Instr& instr) {
+    /// Whether one of two values may be the larger, or the smaller, or a NaN.
+    ValueId chance(const Interval& one, const Interval& other, bool largest) {
+        if (one.lo == kNoValue || other.lo == kNoValue) return b_.constant(true);
+        const ValueId none =
+            largest ? b_.emit(Op::kLt, {one.hi, other.lo}) : b_.emit(Op::kLt, {other.hi, one.lo});
+        return b_.emit(Op::kNot, {none});
+    }
+
+    bool is_nearest(const ir::Instr& instr) const {
+        if (shape_) return instr.kind == abi::kShapeDistance;
         return instr.kind == OPENFAB_ARG_NEAREST || instr.kind == OPENFAB_ARG_NEAREST_GRAD ||
                instr.kind == OPENFAB_ARG_DISTANCE;
     }
@@ -196,6 +222,7 @@ class LooksForm {
     }
 
     const ir::Stage& from_;
+    const bool shape_;
     const std::vector<Interval>& intervals_;
     ir::Builder& b_;
     const std::vector<bool> live_;
@@ -208,7 +235,13 @@ class LooksForm {
 std::optional<ir::ValueId> form_looks(const ir::Stage& volume,
                                       const std::vector<Interval>& intervals,
                                       ir::Builder* builder) {
-    return LooksForm(volume, intervals, builder).run();
+    return LooksForm(volume, false, intervals, builder).run();
+}
+
+std::optional<ir::ValueId> form_shape_looks(const ir::Stage& shape,
+                                            const std::vector<Interval>& intervals,
+                                            ir::Builder* builder) {
+    return LooksForm(shape, true, intervals, builder).run();
 }
 
 }  // namespace openfab::passes

@@ -22,4 +22,11 @@ namespace openfab::passes {
 std::optional<ir::ValueId> form_looks(const ir::Stage& volume,
                                       const std::vector<Interval>& intervals, ir::Builder* builder);
 
+/// Emits whether the value of a shape may depend on distances to objects within their bounds. Where it is false, any
+/// distances within them give it the bits that the true ones give. Also the larger or smaller of two values does not
+/// follow from the one that bounds leave no chance, as a skin in the middle of which a lattice is cut.
+std::optional<ir::ValueId> form_shape_looks(const ir::Stage& shape,
+                                            const std::vector<Interval>& intervals,
+                                            ir::Builder* builder);
+
 }  // namespace openfab::passes

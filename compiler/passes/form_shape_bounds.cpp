@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/passes/form_shape_bounds.h"
 
+#include "compiler/ir/looks.h"
 #include "compiler/ir/shape_distance.h"
+#include "compiler/passes/form_looks.h"
 #include "compiler/passes/interval.h"
 
 namespace openfab::passes {
@@ -33,6 +35,11 @@ ir::Stage form_shape_bounds(const ir::Stage& shape) {
             {output.name + "_lo", OPENFAB_ARG_SHAPE_VALUE_LO, output.a, output.b, value.lo});
         out.outputs.push_back(
             {output.name + "_hi", OPENFAB_ARG_SHAPE_VALUE_HI, output.a, output.b, value.hi});
+    }
+    if (const std::optional<ir::ValueId> looks = form_shape_looks(shape, values, &form.builder())) {
+        ir::Builder& b = form.builder();
+        const ir::ValueId value = b.select(*looks, b.constant(1.0f), b.constant(0.0f));
+        out.outputs.push_back({"looks", OPENFAB_ARG_SHAPE_VALUE_HI, ir::kLooksSlot, 0, value});
     }
     return out;
 }

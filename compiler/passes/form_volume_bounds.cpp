@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "compiler/ir/looks.h"
+#include "compiler/ir/shape_distance.h"
 #include "compiler/passes/form_looks.h"
 #include "compiler/passes/interval.h"
 
@@ -66,7 +67,8 @@ bool says_looks(const ir::Stage& bounds) {
     ir::drop_dead_values(&only);
     return std::any_of(only.instrs.begin(), only.instrs.end(), [](const ir::Instr& instr) {
         return instr.op == ir::Op::kInput &&
-               (instr.kind == OPENFAB_ARG_DISTANCE_LO || instr.kind == OPENFAB_ARG_DISTANCE_HI);
+               (instr.kind == OPENFAB_ARG_DISTANCE_LO || instr.kind == OPENFAB_ARG_DISTANCE_HI ||
+                instr.kind == abi::kShapeDistanceLo || instr.kind == abi::kShapeDistanceHi);
     });
 }
 

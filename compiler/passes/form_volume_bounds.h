@@ -14,9 +14,9 @@ namespace openfab::passes {
 /// A volume stage that reads the distance has one output more, of form_looks (abi/looks.h).
 ir::Stage form_volume_bounds(const ir::Stage& volume);
 
-/// Drops that output; returns whether there was one.
+/// Drops that output, or that of a shape's bounds; returns whether there was one.
 bool drop_looks(ir::Stage* bounds);
-/// Returns whether that output is there and follows from the bounds of the distance.
+/// Returns whether that output is there and follows from the bounds of the distance, or of one to an object.
 bool says_looks(const ir::Stage& bounds);
 
 }  // namespace openfab::passes

@@ -98,7 +98,7 @@ Written drop_long(Work* work, Stage* stage) {
     const auto fits = [&] {
         return kernel_operations(*stage) <= limit && stage->outputs.size() <= kMaxBoundsOutputs;
     };
-    if (stage->kind == StageKind::kVolumeBounds && (!says_looks(*stage) || !fits()))
+    if ((shape || stage->kind == StageKind::kVolumeBounds) && (!says_looks(*stage) || !fits()))
         drop_looks(stage);
     if (fits()) return {stage};
     work->reason = fmt::format(

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "base/infinity.h"
 
@@ -17,6 +18,11 @@ namespace {
 constexpr size_t kTreeBytes = 64u << 20;
 // What distances and differences of coordinates may be off by (rule 16), with room to spare.
 constexpr float kRelative = 0x1p-14f, kOfCoordinates = 0x1p-18f;
+// Coordinates whose distances are numbers, with room to spare.
+constexpr float kMostKnown = nearest::kMaxCoordinate / 2;
+// Cells from one point of the grid to the next, and points that a thread keeps.
+constexpr double kGridCells = 4;
+constexpr size_t kMostOfGrid = 1u << 16;
 
 }  // namespace
 
@@ -96,11 +102,135 @@ void ShapeBodies::near_distances(size_t body, const std::array<const float*, 3>&
     }
 }
 
+/// The surface is in the body's box, and a distance changes no faster than its point moves.
+void ShapeBodies::box_bounds(size_t body, const std::array<const float*, 3>& lo,
+                             const std::array<const float*, 3>& hi, size_t n, float* out_lo,
+                             float* out_hi) const {
+    const Body& of = bodies_[body];
+    const Box3f box = of.solid->bounds();
+    for (size_t i = 0; i < n; ++i) {
+        float square = 0, largest = 0;
+        bool known = true;
+        for (size_t a = 0; a < 3; ++a) {
+            const int axis = static_cast<int>(a);
+            const auto move = static_cast<float>(of.move[axis]);
+            const float from = lo[a][i] + move, to = hi[a][i] + move;
+            const float far = std::max(to - box.lo[axis], box.hi[axis] - from);
+            square += far * far;
+            largest = std::max({largest, std::fabs(lo[a][i]), std::fabs(hi[a][i]), std::fabs(move),
+                                std::fabs(from), std::fabs(to)});
+            known = known && from >= -kMostKnown && to <= kMostKnown;
+        }
+        const float most = std::sqrt(square) * (1 + kRelative) + kOfCoordinates * largest;
+        out_hi[i] = known ? most : std::numeric_limits<float>::quiet_NaN();
+        out_lo[i] = 0.0f - out_hi[i];
+    }
+}
+
+/// A distance changes no faster than its point moves: one at a point of the grid bounds those of all boxes around it.
+void ShapeBodies::grid_bounds(size_t body, const std::array<const float*, 3>& lo,
+                              const std::array<const float*, 3>& hi, size_t n, Tools* tools,
+                              float* out_lo, float* out_hi) const {
+    tools->grid_.resize(bodies_.size());
+    auto& known = tools->grid_[body];
+    if (known.size() > kMostOfGrid) known.clear();
+    const double side = kGridCells * grid_.pitch_mm.x;
+    constexpr int64_t kPlaces = int64_t{1} << 21;
+    std::vector<uint64_t> places(n);
+    std::vector<float*> at(n);
+    std::array<std::vector<float>, 3> asked;
+    std::vector<float*> answers;
+    for (size_t i = 0; i < n; ++i) {
+        uint64_t place = 0;
+        std::array<float, 3> point{};
+        bool inside = true;
+        for (size_t a = 0; a < 3; ++a) {
+            const double middle =
+                (static_cast<double>(lo[a][i]) + static_cast<double>(hi[a][i])) / 2;
+            const double step = std::floor(middle / side + 0.5);
+            inside = inside && std::fabs(step) < static_cast<double>(kPlaces / 2);
+            if (!inside) break;
+            place = place << 21 | static_cast<uint64_t>(static_cast<int64_t>(step) + kPlaces / 2);
+            point[a] = static_cast<float>(step * side);
+        }
+        if (!inside) continue;
+        if (i > 0 && at[i - 1] != nullptr && places[i - 1] == place) {
+            at[i] = at[i - 1];
+        } else {
+            const auto [found, is_new] = known.try_emplace(place, 0.0f);
+            at[i] = &found->second;  // maps of this kind do not move what they hold
+            if (is_new) {
+                for (size_t a = 0; a < 3; ++a)
+                    asked[a].push_back(point[a]);
+                answers.push_back(at[i]);
+            }
+        }
+        places[i] = place;
+    }
+    std::vector<float> found(answers.size());
+    if (!answers.empty()) {
+        distances(body, {asked[0].data(), asked[1].data(), asked[2].data()}, answers.size(), tools,
+                  found.data());
+    }
+    for (size_t k = 0; k < answers.size(); ++k)
+        *answers[k] = found[k];
+    for (size_t i = 0; i < n; ++i) {
+        out_lo[i] = out_hi[i] = std::numeric_limits<float>::quiet_NaN();
+        if (at[i] == nullptr || !std::isfinite(*at[i])) continue;
+        float square = 0, largest = 0;
+        for (size_t a = 0; a < 3; ++a) {
+            const auto step = static_cast<int64_t>(places[i] >> (21 * (2 - a)) & (kPlaces - 1));
+            const auto point = static_cast<float>(static_cast<double>(step - kPlaces / 2) * side);
+            const float off = std::max(hi[a][i] - point, point - lo[a][i]);
+            square += off * off;
+            largest =
+                std::max({largest, std::fabs(lo[a][i]), std::fabs(hi[a][i]), std::fabs(point),
+                          static_cast<float>(std::fabs(bodies_[body].move[static_cast<int>(a)]))});
+        }
+        const float reach = std::sqrt(square);
+        const float more =
+            reach + kRelative * (reach + std::fabs(*at[i])) + kOfCoordinates * largest;
+        out_lo[i] = *at[i] - more;
+        out_hi[i] = *at[i] + more;
+        if (!bodies_[body].quick) continue;
+        // The sign is that of a value, which changes near micropolygons, not on them: what changes no faster is how far
+        // these are.
+        out_hi[i] = std::fabs(*at[i]) + more;
+        out_lo[i] = std::max(std::fabs(*at[i]) - more, 0.0f);
+    }
+    if (bodies_[body].quick) sign_by_value(body, lo, hi, n, tools, out_lo, out_hi);
+}
+
+/// Gives bounds of magnitudes the signs that points have; boxes have both.
+void ShapeBodies::sign_by_value(size_t body, const std::array<const float*, 3>& lo,
+                                const std::array<const float*, 3>& hi, size_t n, Tools* tools,
+                                float* out_lo, float* out_hi) const {
+    load(body, lo, n, tools);
+    Scratch* const scratch = tools->scratch_[body].get();
+    for (size_t g = 0; g < tools->points_.size(); ++g) {
+        nearest::PointAnswer& answer = tools->answers_[g];
+        std::fill_n(answer.distance2, 8, 1.0f);
+        const uint32_t inside =
+            bodies_[body].placed->inside(tools->points_[g], answer, {}, scratch);
+        for (size_t l = 0; l < std::min<size_t>(8, n - 8 * g); ++l) {
+            const size_t i = 8 * g + l;
+            const bool point = lo[0][i] == hi[0][i] && lo[1][i] == hi[1][i] && lo[2][i] == hi[2][i];
+            if (!point) {
+                out_lo[i] = 0.0f - out_hi[i];
+            } else if ((inside >> l & 1u) != 0) {
+                out_lo[i] = std::exchange(out_hi[i], 0.0f - out_lo[i]) * -1.0f;
+            }
+        }
+    }
+}
+
 /// A distance changes no faster than its point moves. Where micropolygons would have to be made first, most boxes are
 /// bounded without: those that are as wide as what is then left open.
 void ShapeBodies::bounds(size_t body, const std::array<const float*, 3>& lo,
-                         const std::array<const float*, 3>& hi, size_t n, bool quick, Tools* tools,
-                         float* out_lo, float* out_hi) const {
+                         const std::array<const float*, 3>& hi, size_t n, Effort effort,
+                         Tools* tools, float* out_lo, float* out_hi) const {
+    if (effort == Effort::kBox) return box_bounds(body, lo, hi, n, out_lo, out_hi);
+    if (effort == Effort::kGrid) return grid_bounds(body, lo, hi, n, tools, out_lo, out_hi);
     std::array<std::vector<float>, 3> middle;
     std::vector<float> reach(n), slack(n);
     for (size_t a = 0; a < 3; ++a)
@@ -125,7 +255,7 @@ void ShapeBodies::bounds(size_t body, const std::array<const float*, 3>& lo,
     if (bodies_[body].quick) {
         near_distances(body, pointers(middle), n, tools, out_lo, out_hi);
         for (size_t i = 0; i < n; ++i) {
-            if (!quick && !(out_hi[i] - out_lo[i] <= reach[i])) left.push_back(i);
+            if (effort == Effort::kExact && !(out_hi[i] - out_lo[i] <= reach[i])) left.push_back(i);
         }
     } else {
         left.resize(n);

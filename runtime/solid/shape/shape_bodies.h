@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <unordered_map>
 #include <vector>
 
 #include "abi/fablet_table.h"
@@ -17,6 +18,14 @@
 #include "runtime/solid/solid.h"
 
 namespace openfab::solid {
+
+/// What may be made for bounds of distances.
+enum class Effort : uint8_t {
+    kBox,   ///< nothing: a distance is no larger than that to the farthest corner of the body's box
+    kNear,  ///< no micropolygons of bodies whose distances are bounded without
+    kGrid,  ///< distances at points of a grid, some cells apart, which bound those around; of dense points
+    kExact,  ///< all that is needed
+};
 
 class ShapeBodies {
   public:
@@ -30,6 +39,8 @@ class ShapeBodies {
         std::vector<nearest::PointPacket> points_;
         std::vector<nearest::PointAnswer> answers_;
         std::vector<nearest::PointBounds> ranges_;
+        /// By body: distances at points of the grid, by the bits of their places.
+        std::vector<std::unordered_map<uint64_t, float>> grid_;
     };
 
     /// `stage` is the part with these bodies, which must outlive it.
@@ -42,9 +53,9 @@ class ShapeBodies {
                    float* out) const;
     /// Whether bounds of distances to a body are cheaper than distances, which take its micropolygons.
     bool any_quick() const;
-    /// Computes bounds of them over n boxes; `quick`: without micropolygons wherever that is possible.
+    /// Computes bounds of them over n boxes; both NaN where nothing is known.
     void bounds(size_t body, const std::array<const float*, 3>& lo,
-                const std::array<const float*, 3>& hi, size_t n, bool quick, Tools* tools,
+                const std::array<const float*, 3>& hi, size_t n, Effort effort, Tools* tools,
                 float* out_lo, float* out_hi) const;
     /// Returns the bytes that trees of bodies will still take once all exist, and what of them is diced.
     int64_t query_bytes() const;
@@ -59,6 +70,15 @@ class ShapeBodies {
         Vec3d move;          ///< from points of the stage to those of the body
         bool quick = false;  ///< bounds of distances take no micropolygons
     };
+    void box_bounds(size_t body, const std::array<const float*, 3>& lo,
+                    const std::array<const float*, 3>& hi, size_t n, float* out_lo,
+                    float* out_hi) const;
+    void grid_bounds(size_t body, const std::array<const float*, 3>& lo,
+                     const std::array<const float*, 3>& hi, size_t n, Tools* tools, float* out_lo,
+                     float* out_hi) const;
+    void sign_by_value(size_t body, const std::array<const float*, 3>& lo,
+                       const std::array<const float*, 3>& hi, size_t n, Tools* tools, float* out_lo,
+                       float* out_hi) const;
     void load(size_t body, const std::array<const float*, 3>& points, size_t n, Tools* tools) const;
     /// Bounds the signed distances at points without micropolygons.
     void near_distances(size_t body, const std::array<const float*, 3>& points, size_t n,

@@ -76,7 +76,7 @@ class ShapeValue final : public SolidValue {
         for (const Box3f& box : boxes)
             lo.push_back(box.lo), hi.push_back(box.hi);
         std::vector<float> value_lo, value_hi;
-        ask([&](ShapeCalls* calls) { return calls->bounds(lo, hi, &value_lo, &value_hi); },
+        ask([&](ShapeCalls* calls) { return calls->sign_bounds(lo, hi, &value_lo, &value_hi); },
             boxes.size(), &value_lo);
         std::copy_n(value_lo.begin(), boxes.size(), out);
     }
@@ -147,7 +147,7 @@ Box3d ShapeField::voxels_beyond(const Affine3d& local_to_other, std::span<const 
             std::vector<Box3d> voxels;
             std::vector<float> values;
             const auto evaluate = [&] {
-                if (const abi::KernelStatus status = calls->values(points, &values); !status.ok())
+                if (const abi::KernelStatus status = calls->signs(points, &values); !status.ok())
                     note(status);
                 for (size_t k = 0; k < voxels.size(); ++k) {
                     if (values[k] < 0) found[i].add(voxels[k]);

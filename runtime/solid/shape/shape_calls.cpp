@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
+#include "abi/looks.h"
 #include "abi/shape_distance.h"
 
 namespace openfab::solid {
@@ -27,6 +30,11 @@ ShapeCalls::ShapeCalls(const part::ShapeStage& stage, const surface::StaticArgs&
         shrink_[a] = static_cast<float>(1 / stretch);
     }
     if (const float scale = part::scale_of_values(stage); scale != 0) scale_ = scale;
+    const openfab_kernel& kernel = shape_.bounds;
+    asks_ = std::any_of(kernel.args, kernel.args + kernel.arg_count, [](const openfab_arg& arg) {
+        return arg.kind == abi::kShapeDistanceLo || arg.kind == abi::kShapeDistanceHi;
+    });
+    looks_ = asks_ && std::any_of(kernel.args, kernel.args + kernel.arg_count, abi::is_looks);
 }
 
 abi::KernelStatus ShapeCalls::values(const ShapePoints& points, std::vector<float>* out) {
@@ -49,6 +57,7 @@ abi::KernelStatus ShapeCalls::bounds(const ShapePoints& lo, const ShapePoints& h
     }
     set_points(lo, &moved_lo_, &lo_);
     set_points(hi, &moved_hi_, &hi_);
+    if (looks_) value_looks_.resize(lo.size());
     value_lo_ = out_lo->data();
     value_hi_ = out_hi->data();
     const abi::KernelStatus status = run(shape_.bounds, {}, lo.size());
@@ -57,33 +66,134 @@ abi::KernelStatus ShapeCalls::bounds(const ShapePoints& lo, const ShapePoints& h
     return status;
 }
 
-abi::KernelStatus ShapeCalls::cheap_signs(const ShapePoints& points, std::vector<float>* out) {
-    constexpr float kOpen = std::numeric_limits<float>::quiet_NaN();
-    std::vector<float> hi;
-    quick_ = true;
-    const abi::KernelStatus status = bounds(points, points, out, &hi);
-    quick_ = false;
-    for (size_t i = 0; i < points.size(); ++i) {
-        float& lo = (*out)[i];
-        lo = lo >= 0 ? lo : hi[i] < 0 ? hi[i] : kOpen;
+/// Step by step: those boxes whose signs are open take more.
+abi::KernelStatus ShapeCalls::bounds_by(std::initializer_list<Effort> efforts,
+                                        const ShapePoints& lo, const ShapePoints& hi,
+                                        std::vector<float>* out_lo, std::vector<float>* out_hi) {
+    std::vector<size_t> open(lo.size());
+    std::iota(open.begin(), open.end(), size_t{0});
+    out_lo->resize(lo.size());
+    out_hi->resize(lo.size());
+    ShapePoints some_lo, some_hi;
+    std::vector<float> found_lo, found_hi;
+    abi::KernelStatus status;
+    for (const Effort effort : efforts) {
+        if (open.empty() || !status.ok()) break;
+        if (effort == Effort::kNear && !bodies_.any_quick()) continue;
+        some_lo.clear();
+        some_hi.clear();
+        for (const size_t i : open) {
+            some_lo.push_back(lo.point(i));
+            some_hi.push_back(hi.point(i));
+        }
+        effort_ = effort;
+        status = bounds(some_lo, some_hi, &found_lo, &found_hi);
+        effort_ = Effort::kExact;
+        size_t left = 0;
+        for (size_t k = 0; k < open.size(); ++k) {
+            (*out_lo)[open[k]] = found_lo[k];
+            (*out_hi)[open[k]] = found_hi[k];
+            if (!(found_lo[k] >= 0) && !(found_hi[k] < 0)) open[left++] = open[k];
+        }
+        open.resize(left);
     }
     return status;
 }
 
-abi::KernelStatus ShapeCalls::signs(const ShapePoints& points, std::vector<float>* out) {
-    if (!any_cheap_signs()) return values(points, out);
-    abi::KernelStatus status = cheap_signs(points, out);
+abi::KernelStatus ShapeCalls::sign_bounds(const ShapePoints& lo, const ShapePoints& hi,
+                                          std::vector<float>* out_lo, std::vector<float>* out_hi) {
+    if (!asks_) return bounds(lo, hi, out_lo, out_hi);
+    return bounds_by({Effort::kBox, Effort::kNear, Effort::kExact}, lo, hi, out_lo, out_hi);
+}
+
+abi::KernelStatus ShapeCalls::cheap_bounds(const ShapePoints& lo, const ShapePoints& hi,
+                                           std::vector<float>* out_lo, std::vector<float>* out_hi) {
+    if (!asks_ || !bodies_.any_quick()) return sign_bounds(lo, hi, out_lo, out_hi);
+    return bounds_by({Effort::kBox, Effort::kNear}, lo, hi, out_lo, out_hi);
+}
+
+abi::KernelStatus ShapeCalls::signs_by(std::initializer_list<Effort> efforts,
+                                       const ShapePoints& points, std::vector<float>* out) {
+    std::vector<float> hi;
+    const abi::KernelStatus status = bounds_by(efforts, points, points, out, &hi);
+    for (size_t i = 0; i < points.size(); ++i) {
+        float& lo = (*out)[i];
+        lo = lo >= 0 ? lo : hi[i] < 0 ? hi[i] : std::numeric_limits<float>::quiet_NaN();
+    }
+    return status;
+}
+
+/// Computes the values at points at which `out` is NaN.
+abi::KernelStatus ShapeCalls::fill_rest(const ShapePoints& points, std::vector<float>* out) {
     ShapePoints open;
     for (size_t i = 0; i < points.size(); ++i) {
         if (std::isnan((*out)[i])) open.push_back(points.point(i));
     }
-    if (!status.ok() || open.size() == 0) return status;
+    if (open.size() == 0) return {};
     std::vector<float> rest;
-    status = values(open, &rest);
+    const abi::KernelStatus status = values(open, &rest);
     size_t next = 0;
     for (size_t i = 0; i < points.size(); ++i) {
         if (std::isnan((*out)[i])) (*out)[i] = rest[next++];
     }
+    return status;
+}
+
+abi::KernelStatus ShapeCalls::cheap_signs(const ShapePoints& points, std::vector<float>* out) {
+    return signs_by({Effort::kBox, Effort::kNear}, points, out);
+}
+
+abi::KernelStatus ShapeCalls::signs(const ShapePoints& points, std::vector<float>* out) {
+    if (!asks_) return values(points, out);
+    const abi::KernelStatus status = cheap_signs(points, out);
+    return status.ok() ? fill_rest(points, out) : status;
+}
+
+abi::KernelStatus ShapeCalls::dense_signs(const ShapePoints& points, std::vector<float>* out) {
+    if (!asks_) return values(points, out);
+    const abi::KernelStatus status = signs_by({Effort::kBox, Effort::kGrid}, points, out);
+    return status.ok() ? fill_rest(points, out) : status;
+}
+
+abi::KernelStatus ShapeCalls::dense_values(const ShapePoints& points, std::vector<float>* out) {
+    if (!looks_ || points.size() == 0) return values(points, out);
+    std::vector<float> lo, hi;
+    for (Distances& of_object : distances_)
+        of_object.all.clear();
+    effort_ = Effort::kGrid;
+    keep_ = true;
+    abi::KernelStatus status = bounds(points, points, &lo, &hi);
+    keep_ = false;
+    effort_ = Effort::kExact;
+    if (!status.ok()) return status;
+    // The others have the same value with any distance within bounds.
+    std::vector<size_t> asked;
+    for (size_t i = 0; i < points.size(); ++i) {
+        const bool open = std::any_of(
+            distances_.begin(), distances_.end(),
+            [&](const Distances& of) { return !of.all.empty() && std::isnan(of.all[i]); });
+        if (open || value_looks_[i] != 0) asked.push_back(i);
+    }
+    set_points(points, &moved_, &points_);
+    for (size_t object = 0; object < distances_.size(); ++object) {
+        std::vector<float>& all = distances_[object].all;
+        if (all.empty()) continue;
+        all.resize(whole_lanes(points.size()));
+        if (asked.empty()) continue;
+        std::array<std::vector<float>, 3> at;
+        for (size_t a = 0; a < 3; ++a) {
+            for (const size_t i : asked)
+                at[a].push_back(points_[a][i]);
+        }
+        std::vector<float> found(asked.size());
+        bodies_.distances(object, {at[0].data(), at[1].data(), at[2].data()}, asked.size(), &tools_,
+                          found.data());
+        for (size_t k = 0; k < asked.size(); ++k)
+            all[asked[k]] = found[k];
+    }
+    use_ = true;
+    status = values(points, out);
+    use_ = false;
     return status;
 }
 
@@ -126,12 +236,14 @@ float* ShapeCalls::distances(const openfab_arg& arg) {
         return Axes{axes[0] + first_, axes[1] + first_, axes[2] + first_};
     };
     const bool boxes = arg.kind != abi::kShapeDistance;
+    if (use_ && !boxes && !mine.all.empty()) return mine.all.data() + first_;
     if (!mine.known) {
         for (std::vector<float>* list : {&mine.at, &mine.lo, &mine.hi})
             list->resize(whole_lanes(in_piece_));
         if (boxes) {
-            bodies_.bounds(object, at(lo_), at(hi_), in_piece_, quick_, &tools_, mine.lo.data(),
+            bodies_.bounds(object, at(lo_), at(hi_), in_piece_, effort_, &tools_, mine.lo.data(),
                            mine.hi.data());
+            if (keep_) mine.all.insert(mine.all.end(), mine.lo.data(), mine.lo.data() + in_piece_);
         } else {
             bodies_.distances(object, at(points_), in_piece_, &tools_, mine.at.data());
         }
@@ -161,7 +273,7 @@ void* ShapeCalls::data(const openfab_arg& arg) {
         case OPENFAB_ARG_SHAPE_VALUE_LO:
             return from(value_lo_);
         case OPENFAB_ARG_SHAPE_VALUE_HI:
-            return from(value_hi_);
+            return from(abi::is_looks(arg) ? value_looks_.data() : value_hi_);
         case OPENFAB_ARG_SHAPE_OUT:
             return (*outputs_)[first_component(arg.a) + static_cast<size_t>(arg.b)].data() + first_;
         default:

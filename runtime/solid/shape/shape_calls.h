@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <vector>
 
 #include "abi/fablet_table.h"
@@ -42,17 +43,27 @@ class ShapeCalls final : public StageCalls {
     ShapeCalls(const part::ShapeStage& stage, const surface::StaticArgs& fixed,
                const ShapeBodies& bodies, openfab_isa isa);
 
+    /// Returns whether bounds ask for those of distances to bodies: then signs are cheaper than values.
+    bool asks() const { return asks_; }
     /// Computes the values at the points; negative is inside.
     abi::KernelStatus values(const ShapePoints& points, std::vector<float>* out);
+    /// Computes the same of points that are dense, some to a cell: not all take distances to bodies.
+    abi::KernelStatus dense_values(const ShapePoints& points, std::vector<float>* out);
     /// Computes numbers of the values' signs, NaN where they are: values, or bounds where these tell and are cheaper.
     abi::KernelStatus signs(const ShapePoints& points, std::vector<float>* out);
-    /// Whether bounds are cheaper than values.
-    bool any_cheap_signs() const { return bodies_.any_quick(); }
-    /// Computes bounds of the values, of their signs, where these tell; elsewhere NaN.
+    /// Computes the same of points that are dense.
+    abi::KernelStatus dense_signs(const ShapePoints& points, std::vector<float>* out);
+    /// Computes bounds of the values, of their signs, where these tell; elsewhere NaN. They are cheaper if it asks.
     abi::KernelStatus cheap_signs(const ShapePoints& points, std::vector<float>* out);
     /// Computes bounds of the values of all points of boxes; NaN, both, where nothing is known.
     abi::KernelStatus bounds(const ShapePoints& lo, const ShapePoints& hi,
                              std::vector<float>* out_lo, std::vector<float>* out_hi);
+    /// Computes bounds that tell as much of signs as those of `bounds`, but may be wider.
+    abi::KernelStatus sign_bounds(const ShapePoints& lo, const ShapePoints& hi,
+                                  std::vector<float>* out_lo, std::vector<float>* out_hi);
+    /// Computes bounds that tell less of them, but take no micropolygons of bodies that are bounded without.
+    abi::KernelStatus cheap_bounds(const ShapePoints& lo, const ShapePoints& hi,
+                                   std::vector<float>* out_lo, std::vector<float>* out_hi);
     /// Computes the outputs at the points: [output component][point], bits; of an empty list none.
     abi::KernelStatus attributes(const ShapePoints& points,
                                  std::vector<std::vector<uint32_t>>* out);
@@ -66,6 +77,12 @@ class ShapeCalls final : public StageCalls {
     using Axes = std::array<const float*, 3>;
     void set_points(const ShapePoints& from, std::array<std::vector<float>, 3>* moved, Axes* to);
     void scale(std::vector<float>* values) const;
+    abi::KernelStatus bounds_by(std::initializer_list<Effort> efforts, const ShapePoints& lo,
+                                const ShapePoints& hi, std::vector<float>* out_lo,
+                                std::vector<float>* out_hi);
+    abi::KernelStatus signs_by(std::initializer_list<Effort> efforts, const ShapePoints& points,
+                               std::vector<float>* out);
+    abi::KernelStatus fill_rest(const ShapePoints& points, std::vector<float>* out);
     float* distances(const openfab_arg& arg);
 
     const ShapeBodies& bodies_;
@@ -73,7 +90,9 @@ class ShapeCalls final : public StageCalls {
     bool stretched_ = false;
     std::array<float, 3> shrink_{};  ///< from the part's space to the stage's
     float scale_ = 1;                ///< of values
-    bool quick_ = false;             ///< bounds need not be tight
+    bool asks_ = false;              ///< bounds ask for those of distances
+    bool looks_ = false;             ///< and say whether the value follows from more
+    Effort effort_ = Effort::kExact;
     std::array<std::vector<float>, 3> moved_, moved_lo_, moved_hi_;
     // Of the current call.
     Axes points_{}, lo_{}, hi_{};
@@ -81,11 +100,15 @@ class ShapeCalls final : public StageCalls {
     struct Distances {
         bool known = false;
         std::vector<float> at, lo, hi;
+        std::vector<float> all;  ///< at all points of a call, where some need not be the true ones
     };
     std::vector<Distances> distances_;
+    bool keep_ = false;                        ///< lower bounds, in Distances::all
+    bool use_ = false;                         ///< Distances::all
     std::array<std::vector<float>, 3> asked_;  ///< by a query
     std::vector<float> answered_;
     float *value_ = nullptr, *value_lo_ = nullptr, *value_hi_ = nullptr;
+    std::vector<float> value_looks_;
     std::vector<std::vector<uint32_t>>* outputs_ = nullptr;
 };
 

@@ -74,7 +74,7 @@ Result<void> ShapeField::check_side(int axis, bool high, ShapeCalls* calls) cons
         for (const Box3f& square : open)
             lo.push_back(square.lo), hi.push_back(square.hi);
         std::vector<float> value_lo, value_hi;
-        if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
+        if (const abi::KernelStatus status = calls->sign_bounds(lo, hi, &value_lo, &value_hi);
             !status.ok()) {
             note(status);
             return status_of();
@@ -123,16 +123,16 @@ Result<void> ShapeField::check_points(const ShapePoints& points, int axis, bool 
                                       ShapeCalls* calls) const {
     if (points.size() == 0) return {};
     std::vector<float> values, inwards;
-    abi::KernelStatus status = calls->values(points, &values);
+    abi::KernelStatus status = calls->signs(points, &values);
     ShapePoints negative;
-    std::vector<float> at;
     for (size_t k = 0; k < points.size() && status.ok(); ++k) {
         if (std::isnan(values[k])) note_nan(points.point(k));
-        if (!(values[k] < 0)) continue;
-        negative.push_back(points.point(k));
-        at.push_back(values[k]);
+        if (values[k] < 0) negative.push_back(points.point(k));
     }
-    if (status.ok() && at.empty()) return {};
+    if (status.ok() && negative.size() == 0) return {};
+    std::vector<float> at;
+    if (status.ok()) status = calls->values(negative, &at);
+    at.resize(negative.size());
     const float longest = box_.longest_side();
     std::vector<uint8_t> touches(at.size(), 0);
     for (const float share : kInwards) {

@@ -89,7 +89,7 @@ void ShapeCoverage::cover(int32_t slab, const Columns& columns, const std::atomi
             lo.set(i, box.lo);
             hi.set(i, box.hi);
         }
-        if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
+        if (const abi::KernelStatus status = calls->sign_bounds(lo, hi, &value_lo, &value_hi);
             !status.ok())
             return field_.note(status);
         next.clear();
@@ -167,7 +167,7 @@ void ShapeCoverage::evaluate(int32_t slab, std::span<const Vec2<int32_t>> tiles,
                 points->at[a][z] = std::clamp(points->at[a][z], whole.lo[axis], whole.hi[axis]);
         }
     }
-    if (const abi::KernelStatus status = calls->values(*points, values); !status.ok())
+    if (const abi::KernelStatus status = calls->dense_signs(*points, values); !status.ok())
         return field_.note(status);
     for (size_t t = 0; t < tiles.size(); ++t) {
         for (int32_t column = 0; column < kColumns; ++column) {

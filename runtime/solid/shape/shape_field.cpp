@@ -164,7 +164,8 @@ void ShapeField::split(const Node& node, const Box3f& within, ShapeCalls* calls,
         hi.push_back(box.hi);
     }
     std::vector<float> value_lo, value_hi;
-    if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi); !status.ok())
+    if (const abi::KernelStatus status = calls->sign_bounds(lo, hi, &value_lo, &value_hi);
+        !status.ok())
         return note(status);
     for (size_t i = 0; i < parts.size(); ++i) {
         const bool outside = value_lo[i] >= 0;
@@ -189,13 +190,13 @@ struct ShapeField::Diced {
     }
 };
 
-/// Returns whether some vertices are inside and some are not.
-bool ShapeField::fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* diced) const {
+/// Returns whether some vertices are inside and some are not. Values are numbers of their signs.
+bool ShapeField::fill_signs(const Vec3i& lowest, ShapeCalls* calls, Diced* diced) const {
     diced->lowest = lowest;
     diced->cells = end_of({lowest, kPatchCells}) - lowest;
     const Vec3i& n = diced->cells;
     append_vertices(lowest, lowest + n, 1, &diced->vertices);
-    if (const abi::KernelStatus status = calls->values(diced->vertices, &diced->values);
+    if (const abi::KernelStatus status = calls->dense_signs(diced->vertices, &diced->values);
         !status.ok()) {
         note(status);
         return false;
@@ -211,7 +212,7 @@ bool ShapeField::fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* dice
     return inside && outside;
 }
 
-/// Returns what fill_values does. Most blocks show it at every fourth vertex, others where bounds leave
+/// Returns what fill_signs does. Most blocks show it at every fourth vertex, others where bounds leave
 /// it open.
 bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
     const Vec3i end = end_of(block);
@@ -219,37 +220,45 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
     bool inside = false, outside = false;
     ShapePoints points, lo, hi;
     std::vector<float> values, value_lo, value_hi;
-    // Looks at the points, and returns whether that was possible. Those at which bounds tell may be enough.
-    const auto evaluate = [&] {
-        abi::KernelStatus status;
-        ShapePoints open;
-        if (calls->any_cheap_signs()) {
-            status = calls->cheap_signs(points, &values);
-            close_border(around, points, &values);
-            for (size_t i = 0; i < points.size(); ++i) {
-                if (std::isnan(values[i])) {
-                    open.push_back(points.point(i));
-                } else {
-                    (values[i] < 0 ? inside : outside) = true;
-                }
-            }
-        }
-        const ShapePoints& rest = calls->any_cheap_signs() ? open : points;
-        if (status.ok() && !(inside && outside) && rest.size() > 0) {
-            status = calls->values(rest, &values);
-            close_border(around, rest, &values);
-            for (size_t i = 0; i < rest.size(); ++i) {
+    // Those of the points at which bounds do not tell: all, without a list of them, where bounds are no cheaper.
+    ShapePoints open;
+    const ShapePoints& rest = calls->asks() ? open : points;
+    const auto guess = [&] {
+        if (!calls->asks()) return true;
+        const abi::KernelStatus status = calls->cheap_signs(points, &values);
+        close_border(around, points, &values);
+        open.clear();
+        for (size_t i = 0; i < points.size(); ++i) {
+            if (std::isnan(values[i])) {
+                open.push_back(points.point(i));
+            } else {
                 (values[i] < 0 ? inside : outside) = true;
-                if (std::isnan(values[i])) note_nan(rest.point(i));
             }
         }
         if (!status.ok()) note(status);
         return status.ok();
     };
-    append_vertices(block.lowest, end, kSome, &points);
-    if (!evaluate()) return false;
-    if (inside && outside) return true;
+    const auto look = [&] {
+        if ((inside && outside) || rest.size() == 0) return true;
+        const abi::KernelStatus status = calls->values(rest, &values);
+        close_border(around, rest, &values);
+        for (size_t i = 0; i < rest.size(); ++i) {
+            (values[i] < 0 ? inside : outside) = true;
+            if (std::isnan(values[i])) note_nan(rest.point(i));
+        }
+        if (!status.ok()) note(status);
+        return status.ok();
+    };
     std::vector<Node> left;
+    const auto decided = [&](size_t i) {
+        const bool inside_all = value_hi[i] < 0 && !at_border({lo.point(i), hi.point(i)});
+        if (!(value_lo[i] >= 0) && !inside_all) return false;
+        (inside_all ? inside : outside) = true;
+        return true;
+    };
+    append_vertices(block.lowest, end, kSome, &points);
+    if (!guess() || (!calls->asks() && !look())) return false;
+    if (inside && outside) return true;
     for (int32_t z = block.lowest.z; z < end.z; z += kSome) {
         for (int32_t y = block.lowest.y; y < end.y; y += kSome) {
             for (int32_t x = block.lowest.x; x < end.x; x += kSome) {
@@ -260,21 +269,29 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
             }
         }
     }
-    if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
+    // What is asked for distances makes no micropolygons as long as something else may tell.
+    if (calls->asks()) {
+        if (const abi::KernelStatus status = calls->cheap_bounds(lo, hi, &value_lo, &value_hi);
+            !status.ok()) {
+            note(status);
+            return false;
+        }
+        for (size_t i = 0; i < left.size(); ++i)
+            decided(i);
+        if (!look()) return false;
+        if (inside && outside) return true;
+    }
+    if (const abi::KernelStatus status = calls->sign_bounds(lo, hi, &value_lo, &value_hi);
         !status.ok()) {
         note(status);
         return false;
     }
     points.clear();
     for (size_t i = 0; i < left.size(); ++i) {
-        const bool inside_all = value_hi[i] < 0 && !at_border({lo.point(i), hi.point(i)});
-        if (value_lo[i] >= 0 || inside_all)
-            (value_hi[i] < 0 ? inside : outside) = true;
-        else
-            append_vertices(left[i].lowest, end_of(left[i]), 1, &points);
+        if (!decided(i)) append_vertices(left[i].lowest, end_of(left[i]), 1, &points);
         // Many at a time, but not all: the first ones mostly tell.
         if (points.size() >= kAtOnce || (i + 1 == left.size() && points.size() > 0)) {
-            if (!evaluate()) return false;
+            if (!guess() || !look()) return false;
             points.clear();
         }
         if (inside && outside) return true;
@@ -282,9 +299,32 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
     return false;
 }
 
+/// Computes the values at the ends of edges, where signs are numbers of another kind.
+abi::KernelStatus ShapeField::fill_ends(ShapeCalls* calls, Diced* diced) const {
+    if (!calls->asks()) return {};
+    std::vector<size_t> which;
+    std::vector<uint8_t> taken(diced->vertices.size(), 0);
+    ShapePoints points;
+    for (const auto& ends : diced->ends) {
+        for (const int32_t end : ends) {
+            const auto vertex = static_cast<size_t>(end);
+            if (std::exchange(taken[vertex], uint8_t{1}) != 0) continue;
+            which.push_back(vertex);
+            points.push_back(diced->vertices.point(vertex));
+        }
+    }
+    std::vector<float> values;
+    const abi::KernelStatus status = calls->dense_values(points, &values);
+    close_border(block_box(diced->lowest), points, &values);
+    for (size_t k = 0; k < which.size(); ++k)
+        diced->values[which[k]] = values[k];
+    return status;
+}
+
 /// Regula falsi with the Illinois rule, all edges at once. What an edge gives depends on nothing but
 /// the edge: it ends by itself, when a step is below 2^-20 of it.
 void ShapeField::find_zeros(ShapeCalls* calls, Diced* diced) const {
+    if (const abi::KernelStatus status = fill_ends(calls, diced); !status.ok()) return note(status);
     const size_t n = diced->ends.size();
     struct Bracket {
         float a, fa, b, fb, x;
@@ -318,7 +358,7 @@ void ShapeField::find_zeros(ShapeCalls* calls, Diced* diced) const {
             p[diced->axis[open[k]]] = at.x;
             points.set(k, p);
         }
-        if (const abi::KernelStatus status = calls->values(points, &values); !status.ok())
+        if (const abi::KernelStatus status = calls->dense_values(points, &values); !status.ok())
             return note(status);
         size_t left = 0;
         for (size_t k = 0; k < open.size(); ++k) {
@@ -349,7 +389,7 @@ void ShapeField::find_zeros(ShapeCalls* calls, Diced* diced) const {
 void ShapeField::dice(const Vec3i& lowest, surface::MicroMesh* out) const {
     ShapeCalls* calls = take();
     Diced diced;
-    if (!fill_values(lowest, calls, &diced)) return give(calls);
+    if (!fill_signs(lowest, calls, &diced)) return give(calls);
     const Vec3i& n = diced.cells;
     for (auto& axis : diced.edge)
         axis.assign(diced.vertices.size(), -1);

@@ -117,8 +117,9 @@ class ShapeField {
                std::vector<Node>* out) const;
     const Extent& extent(const std::array<double, 9>& turn,
                          std::span<const pieces::Side> sides) const;
-    bool fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* diced) const;
+    bool fill_signs(const Vec3i& lowest, ShapeCalls* calls, Diced* diced) const;
     bool crosses(const Node& block, ShapeCalls* calls) const;
+    abi::KernelStatus fill_ends(ShapeCalls* calls, Diced* diced) const;
     void find_zeros(ShapeCalls* calls, Diced* diced) const;
     Result<void> check_border() const;
     Result<void> check_side(int axis, bool high, ShapeCalls* calls) const;

@@ -87,8 +87,8 @@ void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) 
     }
     ShapeCalls* calls = field_.take();
     std::vector<float> values, value_lo, value_hi, beside;
-    abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
-    if (status.ok()) status = calls->values(points, &values);
+    abi::KernelStatus status = calls->sign_bounds(lo, hi, &value_lo, &value_hi);
+    if (status.ok()) status = calls->signs(points, &values);
     const Box3f around = field_.block_box(lowest);
     if (status.ok()) field_.close_border(around, points, &values);
     *possible = *certain = 0;
@@ -122,7 +122,7 @@ void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) 
         }
     }
     if (status.ok() && !edges.empty()) {
-        status = calls->values(points, &beside);
+        status = calls->signs(points, &beside);
         // Those beside it may be of the next block.
         if (status.ok()) field_.close_border(field_.bounds(), points, &beside);
     }

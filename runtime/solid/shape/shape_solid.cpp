@@ -94,7 +94,7 @@ uint32_t PlacedShape::inside(const nearest::PointPacket& packet,
     }
     if (asked == 0) return 0;
     ShapeCalls* calls = shared_.field.take();
-    const abi::KernelStatus status = calls->values(mine->points, &mine->values);
+    const abi::KernelStatus status = calls->signs(mine->points, &mine->values);
     shared_.field.give(calls);
     if (!status.ok()) {
         shared_.field.note(status);

@@ -12,9 +12,12 @@
 #include <limits>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "abi/looks.h"
+#include "abi/shape_distance.h"
 #include "compiler/interp/evaluate.h"
+#include "compiler/passes/form_shape_bounds.h"
 #include "compiler/passes/form_volume_bounds.h"
 #include "compiler/passes/pipeline.h"
 #include "tests/exec/random_stage.h"
@@ -203,6 +206,109 @@ TEST(Looks, IsAnOutputOnlyWhereItFollowsFromTheDistance) {
     fablet.volume = plain;
     const ir::Stage bounds = passes::run_pipeline(fablet).stages.volume_bounds;
     EXPECT_TRUE(bounds.outputs.size() == 2 || passes::says_looks(bounds));
+}
+
+/// The stage with the inputs of a shape: its point, a distance to an object, uniforms.
+ir::Stage as_shape(ir::Stage stage) {
+    for (ir::Instr& instr : stage.instrs) {
+        if (instr.op != Op::kInput) continue;
+        if (instr.kind == ir::kVoxelCoord) {
+            instr.kind = OPENFAB_ARG_SHAPE_POINT;
+        } else if (instr.kind == OPENFAB_ARG_DISTANCE) {
+            instr.kind = abi::kShapeDistance;
+        } else if (instr.kind == OPENFAB_ARG_NEAREST) {
+            instr.kind = OPENFAB_ARG_UNIFORM;
+            instr.a = instr.type == Type::kFloat ? kFloatUniform : kIntUniform;
+            instr.b = 0;
+        }
+    }
+    return stage;
+}
+
+/// The ends of a box of a shape's inputs.
+Values shape_ends(const Box& box) {
+    Values ends = box.uniforms;
+    for (const auto& [key, range] : box.coordinates) {
+        ends.set({OPENFAB_ARG_SHAPE_POINT_LO, key[1], 0}, range[0]);
+        ends.set({OPENFAB_ARG_SHAPE_POINT_HI, key[1], 0}, range[1]);
+    }
+    ends.set({abi::kShapeDistanceLo, 0, 0}, box.distance[0]);
+    ends.set({abi::kShapeDistanceHi, 0, 0}, box.distance[1]);
+    return ends;
+}
+
+bool shape_looks(const ir::Stage& bounds, const Box& box) {
+    return std::bit_cast<float>(interp::evaluate(bounds, shape_ends(box)).back()) != 0;
+}
+
+TEST(ShapeLooks, WhatIsNotLookedAtChangesNoBit) {
+    Tally tally;
+    for (uint32_t seed = 1; seed <= 1500; ++seed) {
+        SCOPED_TRACE(::testing::Message() << "seed " << seed);
+        std::mt19937 random(seed * 7907);
+        const ir::Stage stage =
+            as_shape(seed % 2 == 0 ? random_stage(seed, 12) : random_stage_with_functions(seed, 8));
+        const ir::Stage bounds = passes::form_shape_bounds(stage);
+        ASSERT_EQ(ir::verify(bounds), "");
+        if (bounds.outputs.size() == 2 * stage.outputs.size()) continue;  // reads no distance
+        for (int n = 0; n < 12; ++n) {
+            const Box box = random_box(&random);
+            ++tally.all;
+            if (shape_looks(bounds, box)) continue;
+            ++tally.blind;
+            for (int k = 0; k < 12; ++k) {
+                Values point = box.uniforms;
+                for (const auto& [key, ends] : box.coordinates)
+                    point.set({OPENFAB_ARG_SHAPE_POINT, key[1], 0}, between(ends, &random));
+                std::array<std::vector<uint32_t>, 2> found;
+                for (auto& of : found) {
+                    point.set({abi::kShapeDistance, 0, 0}, between(box.distance, &random));
+                    of = interp::evaluate(stage, point);
+                }
+                for (size_t j = 0; j < found[0].size(); ++j) {
+                    const auto a = std::bit_cast<float>(found[0][j]);
+                    const auto b = std::bit_cast<float>(found[1][j]);
+                    const bool nans = stage.instrs[stage.outputs[j].value].type == Type::kFloat &&
+                                      a != a && b != b;
+                    ASSERT_TRUE(found[0][j] == found[1][j] || nans) << stage.outputs[j].name << "\n"
+                                                                    << ir::dump(stage);
+                }
+            }
+        }
+    }
+    EXPECT_GT(tally.blind * 20, tally.all) << tally.blind << " of " << tally.all;
+}
+
+TEST(ShapeLooks, TheLargerOfTwoDoesNotFollowFromTheSmaller) {
+    // max(x, distance - 1)
+    ir::Stage stage;
+    ir::Builder b(&stage);
+    const ValueId x = b.input(Type::kFloat, OPENFAB_ARG_SHAPE_POINT, 0, 0);
+    const ValueId d = b.input(Type::kFloat, abi::kShapeDistance, 0, 0);
+    const ValueId skin = b.emit(Op::kSub, {d, b.constant(1.0f)});
+    for (const Op op : {Op::kMax, Op::kMin}) {
+        stage.outputs = {{"value", OPENFAB_ARG_SHAPE_VALUE, 0, 0, b.emit(op, {x, skin})}};
+        const ir::Stage bounds = passes::form_shape_bounds(stage);
+        const auto looks = [&](float x_lo, float x_hi, float lo, float hi) {
+            Box box;
+            box.coordinates[{ir::kVoxelCoord, 0, 0}] = {x_lo, x_hi};
+            box.distance = {lo, hi};
+            return shape_looks(bounds, box);
+        };
+        const float sign = op == Op::kMax ? 1 : -1;
+        EXPECT_FALSE(looks(sign * 20, sign * 20 + 1, -10, 10));
+        EXPECT_TRUE(looks(0, 1, 0, 3));
+        EXPECT_TRUE(looks(-sign * 20, -sign * 20, -10, 10));
+        EXPECT_TRUE(looks(0, 0, std::numeric_limits<float>::quiet_NaN(), 3));
+    }
+}
+
+TEST(ShapeLooks, IsAnOutputOnlyWhereItFollowsFromADistance) {
+    ir::Stage stage;
+    ir::Builder b(&stage);
+    const ValueId x = b.input(Type::kFloat, OPENFAB_ARG_SHAPE_POINT, 0, 0);
+    stage.outputs = {{"value", OPENFAB_ARG_SHAPE_VALUE, 0, 0, b.emit(Op::kMax, {x, x})}};
+    EXPECT_EQ(passes::form_shape_bounds(stage).outputs.size(), 2u);
 }
 
 }  // namespace
