@@ -28,7 +28,7 @@ struct Asking {
     part::ShapeStage stage;
     Bodies solids;
 
-    explicit Asking(std::unique_ptr<Made> of) : body(std::move(of)) {
+    explicit Asking(std::unique_ptr<Made> of, double pitch = 0.25) : body(std::move(of)) {
         openfab_fablet plain{};
         plain.name = "plain";
         mesh::Mesh box = mesh::make_box({20, 20, 20});
@@ -36,7 +36,7 @@ struct Asking {
             p.z -= 10;
         stage.mesh = *part::make_part_mesh(box, plain, {1, 0, 0, 0, 1, 0, 0, 0, 1});
         stage.bodies = {std::make_shared<part::Part>(body->part)};
-        solids = {solid_of(*body, 0.25)};
+        solids = {solid_of(*body, pitch)};
     }
 };
 
@@ -102,6 +102,29 @@ TEST(ShapeBodies, BoundDistancesOverBoxes) {
         bodies.distances(0, pointers(lo), kBoxes, &tools, distances.data());
         for (size_t i = 0; i < kBoxes; ++i)
             EXPECT_NEAR(distances[i], ring({lo[0][i], lo[1][i], lo[2][i]}), 0.02) << i;
+    }
+}
+
+// A value changes its sign beside coarse micropolygons, where a signed distance jumps from one side to the other.
+TEST(ShapeBodies, BoundDistancesByAGridWhereSignsJump) {
+    const Asking asking(make<ring>({14, 14, 6}, false), 0.6);
+    const ShapeBodies bodies(asking.stage, asking.solids, 0.6, OPENFAB_ISA_AVX2);
+    ShapeBodies::Tools tools;
+    constexpr size_t kPoints = 40000;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> place(-6, 6);
+    std::array<std::vector<float>, 3> points;
+    for (size_t i = 0; i < kPoints; ++i) {
+        for (size_t a = 0; a < 3; ++a)
+            points[a].push_back(place(random) * (a == 2 ? 0.3f : 1.0f));
+    }
+    const std::array<const float*, 3> at{points[0].data(), points[1].data(), points[2].data()};
+    std::vector<float> low(kPoints), high(kPoints), exact(kPoints);
+    bodies.bounds(0, at, at, kPoints, Effort::kGrid, &tools, low.data(), high.data());
+    bodies.distances(0, at, kPoints, &tools, exact.data());
+    for (size_t i = 0; i < kPoints; ++i) {
+        ASSERT_LE(low[i], exact[i]) << i;
+        ASSERT_GE(high[i], exact[i]) << i;
     }
 }
 
