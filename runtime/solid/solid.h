@@ -124,6 +124,14 @@ class Solid {
     }
     /// Returns a box that holds it, which costs little.
     virtual Box3f bounds() const = 0;
+    /// Where a distance has the sign of a value, wherever the surface lies that is made of it: tells of n boxes, part-local, by
+    /// axis, on which side all of each is: 1 outside, -1 inside, 0 not known; of points always. Returns false, and tells
+    /// nothing, where signs change on the surface alone.
+    virtual bool sides(const std::array<const float*, 3>& /*lo*/,
+                       const std::array<const float*, 3>& /*hi*/, size_t /*n*/,
+                       int8_t* /*out*/) const {
+        return false;
+    }
     /// Returns what a query may have to make first, so that it is worth it to ask less; null: nothing.
     virtual const Dicing* dicing() const { return nullptr; }
     bool bounds_dice() const { return dicing() != nullptr && dicing()->for_bounds(); }

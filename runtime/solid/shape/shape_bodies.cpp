@@ -41,6 +41,7 @@ ShapeBodies::ShapeBodies(const part::ShapeStage& stage, const Bodies& solids, do
         body.placed = body.solid->place({part, grid_, body.frame});
         body.placed->begin_queries();
         body.quick = body.solid->dicing() != nullptr && !body.solid->bounds_dice();
+        body.empty = body.quick && body.solid->dicing()->patches() == 0;
     }
 }
 
@@ -68,11 +69,13 @@ void ShapeBodies::distances(size_t body, const std::array<const float*, 3>& poin
     Scratch* const scratch = tools->scratch_[body].get();
     of.placed->engine()->query_points(tools->points_, kInfinity, scratch->engine.get(),
                                       tools->answers_.data());
+    const bool by_value = find_sides(body, points, points, n, tools);
     for (size_t g = 0; g < tools->points_.size(); ++g) {
         const nearest::PointAnswer& answer = tools->answers_[g];
-        const uint32_t inside = of.placed->inside(tools->points_[g], answer, {}, scratch);
+        uint32_t inside = by_value ? 0 : of.placed->inside(tools->points_[g], answer, {}, scratch);
         for (size_t l = 0; l < std::min<size_t>(8, n - 8 * g); ++l) {
             const float d = std::sqrt(answer.distance2[l]);
+            if (by_value && d < kInfinity && tools->sides_[8 * g + l] < 0) inside |= 1u << l;
             out[8 * g + l] = (inside >> l & 1u) != 0 ? 0.0f - d : d;
         }
     }
@@ -80,25 +83,49 @@ void ShapeBodies::distances(size_t body, const std::array<const float*, 3>& poin
 
 void ShapeBodies::near_distances(size_t body, const std::array<const float*, 3>& points, size_t n,
                                  Tools* tools, float* out_lo, float* out_hi) const {
-    const Body& of = bodies_[body];
     load(body, points, n, tools);
-    Scratch* const scratch = tools->scratch_[body].get();
     tools->ranges_.resize(tools->points_.size());
-    of.placed->engine()->bound_points(tools->points_, {}, 0, scratch->engine.get(),
-                                      tools->ranges_.data());
-    for (size_t g = 0; g < tools->points_.size(); ++g) {
-        const nearest::PointBounds& range = tools->ranges_[g];
-        // Where no surface is nearer than some distance, all of that ball is on the side of its centre.
-        nearest::PointAnswer& answer = tools->answers_[g];
-        for (size_t l = 0; l < 8; ++l)
-            answer.distance2[l] = range.low[l] > 0 ? range.low[l] * range.low[l] : kInfinity;
-        const uint32_t inside = of.placed->inside(tools->points_[g], answer, {}, scratch);
-        for (size_t l = 0; l < std::min<size_t>(8, n - 8 * g); ++l) {
-            const bool in = (inside >> l & 1u) != 0;
-            const bool open = !(range.low[l] > 0);
-            out_lo[8 * g + l] = in || open ? 0.0f - range.high[l] : range.low[l];
-            out_hi[8 * g + l] = in ? 0.0f - range.low[l] : range.high[l];
-        }
+    bodies_[body].placed->engine()->bound_points(
+        tools->points_, {}, 0, tools->scratch_[body]->engine.get(), tools->ranges_.data());
+    for (size_t i = 0; i < n; ++i) {
+        const nearest::PointBounds& range = tools->ranges_[i / 8];
+        out_lo[i] = range.low[i % 8];
+        out_hi[i] = range.high[i % 8];
+    }
+}
+
+/// Sets the sides of boxes if signs are those of values.
+bool ShapeBodies::find_sides(size_t body, const std::array<const float*, 3>& lo,
+                             const std::array<const float*, 3>& hi, size_t n, Tools* tools) const {
+    const Body& of = bodies_[body];
+    if (!of.quick) return false;
+    std::array<const float*, 3> from{}, to{};
+    for (size_t a = 0; a < 3; ++a) {
+        const auto move = [&](const float* points, std::vector<float>* moved) {
+            moved->resize(n);
+            for (size_t i = 0; i < n; ++i) {
+                (*moved)[i] = static_cast<float>(static_cast<double>(points[i]) +
+                                                 of.move[static_cast<int>(a)]);
+            }
+            return moved->data();
+        };
+        from[a] = move(lo[a], &tools->moved_lo_[a]);
+        to[a] = lo[a] == hi[a] ? from[a] : move(hi[a], &tools->moved_hi_[a]);
+    }
+    tools->sides_.resize(n);
+    return of.solid->sides(from, to, n, tools->sides_.data());
+}
+
+/// Gives bounds of how far micropolygons are the signs of distances. A value changes its sign beside coarse micropolygons, not on
+/// them, and where it is thin without any.
+void ShapeBodies::give_signs(size_t body, const std::array<const float*, 3>& lo,
+                             const std::array<const float*, 3>& hi, size_t n, Tools* tools,
+                             float* out_lo, float* out_hi) const {
+    const bool known = find_sides(body, lo, hi, n, tools);
+    for (size_t i = 0; i < n; ++i) {
+        const int8_t side = known ? tools->sides_[i] : int8_t{0};
+        if (side == 0) out_lo[i] = 0.0f - out_hi[i];
+        if (side < 0) out_lo[i] = 0.0f - std::exchange(out_hi[i], 0.0f - out_lo[i]);
     }
 }
 
@@ -110,7 +137,7 @@ void ShapeBodies::box_bounds(size_t body, const std::array<const float*, 3>& lo,
     const Box3f box = of.solid->bounds();
     for (size_t i = 0; i < n; ++i) {
         float square = 0, largest = 0;
-        bool known = true;
+        bool known = !of.empty;
         for (size_t a = 0; a < 3; ++a) {
             const int axis = static_cast<int>(a);
             const auto move = static_cast<float>(of.move[axis]);
@@ -127,13 +154,14 @@ void ShapeBodies::box_bounds(size_t body, const std::array<const float*, 3>& lo,
     }
 }
 
-/// A distance changes no faster than its point moves: one at a point of the grid bounds those of all boxes around it.
+/// One at a point of the grid bounds those of all boxes around it.
 void ShapeBodies::grid_bounds(size_t body, const std::array<const float*, 3>& lo,
                               const std::array<const float*, 3>& hi, size_t n, Tools* tools,
                               float* out_lo, float* out_hi) const {
     tools->grid_.resize(bodies_.size());
     auto& known = tools->grid_[body];
     if (known.size() > kMostOfGrid) known.clear();
+    const bool quick = bodies_[body].quick;
     const double side = kGridCells * grid_.pitch_mm.x;
     constexpr int64_t kPlaces = int64_t{1} << 21;
     std::vector<uint64_t> places(n);
@@ -190,42 +218,15 @@ void ShapeBodies::grid_bounds(size_t body, const std::array<const float*, 3>& lo
         const float reach = std::sqrt(square);
         const float more =
             reach + kRelative * (reach + std::fabs(*at[i])) + kOfCoordinates * largest;
-        out_lo[i] = *at[i] - more;
-        out_hi[i] = *at[i] + more;
-        if (!bodies_[body].quick) continue;
-        // The sign is that of a value, which changes near micropolygons, not on them: what changes no faster is how far
-        // these are.
-        out_hi[i] = std::fabs(*at[i]) + more;
-        out_lo[i] = std::max(std::fabs(*at[i]) - more, 0.0f);
+        const float d = quick ? std::fabs(*at[i]) : *at[i];
+        out_lo[i] = quick ? std::max(d - more, 0.0f) : d - more;
+        out_hi[i] = d + more;
     }
-    if (bodies_[body].quick) sign_by_value(body, lo, hi, n, tools, out_lo, out_hi);
+    if (quick) give_signs(body, lo, hi, n, tools, out_lo, out_hi);
 }
 
-/// Gives bounds of magnitudes the signs that points have; boxes have both.
-void ShapeBodies::sign_by_value(size_t body, const std::array<const float*, 3>& lo,
-                                const std::array<const float*, 3>& hi, size_t n, Tools* tools,
-                                float* out_lo, float* out_hi) const {
-    load(body, lo, n, tools);
-    Scratch* const scratch = tools->scratch_[body].get();
-    for (size_t g = 0; g < tools->points_.size(); ++g) {
-        nearest::PointAnswer& answer = tools->answers_[g];
-        std::fill_n(answer.distance2, 8, 1.0f);
-        const uint32_t inside =
-            bodies_[body].placed->inside(tools->points_[g], answer, {}, scratch);
-        for (size_t l = 0; l < std::min<size_t>(8, n - 8 * g); ++l) {
-            const size_t i = 8 * g + l;
-            const bool point = lo[0][i] == hi[0][i] && lo[1][i] == hi[1][i] && lo[2][i] == hi[2][i];
-            if (!point) {
-                out_lo[i] = 0.0f - out_hi[i];
-            } else if ((inside >> l & 1u) != 0) {
-                out_lo[i] = std::exchange(out_hi[i], 0.0f - out_lo[i]) * -1.0f;
-            }
-        }
-    }
-}
-
-/// A distance changes no faster than its point moves. Where micropolygons would have to be made first, most boxes are
-/// bounded without: those that are as wide as what is then left open.
+/// A distance changes no faster than its point moves, but for its sign where that is a value's. Where micropolygons would have to
+/// be made first, most boxes are bounded without: those that are as wide as what is then left open.
 void ShapeBodies::bounds(size_t body, const std::array<const float*, 3>& lo,
                          const std::array<const float*, 3>& hi, size_t n, Effort effort,
                          Tools* tools, float* out_lo, float* out_hi) const {
@@ -251,11 +252,13 @@ void ShapeBodies::bounds(size_t body, const std::array<const float*, 3>& lo,
     const auto pointers = [](const std::array<std::vector<float>, 3>& of) {
         return std::array<const float*, 3>{of[0].data(), of[1].data(), of[2].data()};
     };
+    const bool quick = bodies_[body].quick;
     std::vector<size_t> left;
-    if (bodies_[body].quick) {
+    if (quick) {
         near_distances(body, pointers(middle), n, tools, out_lo, out_hi);
         for (size_t i = 0; i < n; ++i) {
-            if (effort == Effort::kExact && !(out_hi[i] - out_lo[i] <= reach[i])) left.push_back(i);
+            const float width = out_lo[i] > 0 ? out_hi[i] - out_lo[i] : 2 * out_hi[i];
+            if (effort == Effort::kExact && !(width <= reach[i])) left.push_back(i);
         }
     } else {
         left.resize(n);
@@ -269,7 +272,7 @@ void ShapeBodies::bounds(size_t body, const std::array<const float*, 3>& lo,
     std::vector<float> exact(left.size());
     if (!left.empty()) distances(body, pointers(asked), left.size(), tools, exact.data());
     for (size_t k = 0; k < left.size(); ++k)
-        out_lo[left[k]] = out_hi[left[k]] = exact[k];
+        out_lo[left[k]] = out_hi[left[k]] = quick ? std::fabs(exact[k]) : exact[k];
     for (size_t i = 0; i < n; ++i) {
         if (!std::isfinite(out_lo[i]) || !std::isfinite(out_hi[i])) {
             out_lo[i] = out_hi[i] = std::numeric_limits<float>::quiet_NaN();
@@ -279,7 +282,9 @@ void ShapeBodies::bounds(size_t body, const std::array<const float*, 3>& lo,
         const float more = reach[i] + slack[i] + kRelative * magnitude;
         out_lo[i] -= more;
         out_hi[i] += more;
+        if (quick) out_lo[i] = std::max(out_lo[i], 0.0f);
     }
+    if (quick) give_signs(body, lo, hi, n, tools, out_lo, out_hi);
 }
 
 bool ShapeBodies::any_quick() const {

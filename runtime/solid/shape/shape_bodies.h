@@ -39,6 +39,8 @@ class ShapeBodies {
         std::vector<nearest::PointPacket> points_;
         std::vector<nearest::PointAnswer> answers_;
         std::vector<nearest::PointBounds> ranges_;
+        std::array<std::vector<float>, 3> moved_lo_, moved_hi_;
+        std::vector<int8_t> sides_;
         /// By body: distances at points of the grid, by the bits of their places.
         std::vector<std::unordered_map<uint64_t, float>> grid_;
     };
@@ -67,8 +69,10 @@ class ShapeBodies {
         std::shared_ptr<Solid> solid;
         std::array<float, OPENFAB_FRAME_COUNT> frame{};
         std::unique_ptr<Placed> placed;
-        Vec3d move;          ///< from points of the stage to those of the body
-        bool quick = false;  ///< bounds of distances take no micropolygons
+        Vec3d move;  ///< from points of the stage to those of the body
+        /// Bounds of distances take no micropolygons, and their signs are those of values (Solid::sides).
+        bool quick = false;
+        bool empty = false;  ///< has no surface: distances are infinite
     };
     void box_bounds(size_t body, const std::array<const float*, 3>& lo,
                     const std::array<const float*, 3>& hi, size_t n, float* out_lo,
@@ -76,11 +80,13 @@ class ShapeBodies {
     void grid_bounds(size_t body, const std::array<const float*, 3>& lo,
                      const std::array<const float*, 3>& hi, size_t n, Tools* tools, float* out_lo,
                      float* out_hi) const;
-    void sign_by_value(size_t body, const std::array<const float*, 3>& lo,
-                       const std::array<const float*, 3>& hi, size_t n, Tools* tools, float* out_lo,
-                       float* out_hi) const;
+    void give_signs(size_t body, const std::array<const float*, 3>& lo,
+                    const std::array<const float*, 3>& hi, size_t n, Tools* tools, float* out_lo,
+                    float* out_hi) const;
+    bool find_sides(size_t body, const std::array<const float*, 3>& lo,
+                    const std::array<const float*, 3>& hi, size_t n, Tools* tools) const;
     void load(size_t body, const std::array<const float*, 3>& points, size_t n, Tools* tools) const;
-    /// Bounds the signed distances at points without micropolygons.
+    /// Bounds how far micropolygons are from points, without these.
     void near_distances(size_t body, const std::array<const float*, 3>& points, size_t n,
                         Tools* tools, float* out_lo, float* out_hi) const;
 

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The box of a shape under a map, and voxels that no search for it has seen.
+// The box of a shape under a map, voxels that no search for it has seen, and on which side of it boxes are.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -129,6 +129,49 @@ Box3d ShapeField::exact_box(const Affine3d& local_to_other,
     Box3d out = extent(local_to_other.m, sides).box;
     if (out.empty()) return out;
     return {out.lo + local_to_other.t, out.hi + local_to_other.t};
+}
+
+void ShapeField::sides(const std::array<const float*, 3>& lo, const std::array<const float*, 3>& hi,
+                       size_t n, int8_t* out) const {
+    ShapePoints points, from, to;
+    std::vector<int8_t*> of_point, of_box;
+    std::vector<bool> within;
+    for (size_t i = 0; i < n; ++i) {
+        Box3f box;
+        bool meets = true, is_point = true, holds = true;
+        for (size_t a = 0; a < 3; ++a) {
+            const int axis = static_cast<int>(a);
+            meets = meets && hi[a][i] >= box_.lo[axis] && lo[a][i] <= box_.hi[axis];
+            holds = holds && lo[a][i] >= box_.lo[axis] && hi[a][i] <= box_.hi[axis];
+            is_point = is_point && lo[a][i] == hi[a][i];
+            box.lo[axis] = std::max(lo[a][i], box_.lo[axis]);
+            box.hi[axis] = std::min(hi[a][i], box_.hi[axis]);
+        }
+        out[i] = 1;
+        if (!meets) continue;
+        if (is_point) {
+            points.push_back(box.lo);
+            of_point.push_back(&out[i]);
+        } else {
+            from.push_back(box.lo);
+            to.push_back(box.hi);
+            of_box.push_back(&out[i]);
+            within.push_back(holds);
+        }
+    }
+    ShapeCalls* calls = take();
+    std::vector<float> values, value_lo, value_hi;
+    abi::KernelStatus status;
+    if (points.size() > 0) status = calls->signs(points, &values);
+    if (status.ok() && from.size() > 0) status = calls->sign_bounds(from, to, &value_lo, &value_hi);
+    give(calls);
+    if (!status.ok()) note(status);
+    for (size_t k = 0; k < of_point.size(); ++k)
+        *of_point[k] = !status.ok() ? int8_t{0} : values[k] < 0 ? int8_t{-1} : int8_t{1};
+    for (size_t k = 0; k < of_box.size(); ++k) {
+        const bool known = status.ok() && (value_lo[k] >= 0 || (value_hi[k] < 0 && within[k]));
+        *of_box[k] = !known ? int8_t{0} : value_hi[k] < 0 ? int8_t{-1} : int8_t{1};
+    }
 }
 
 Box3d ShapeField::voxels_beyond(const Affine3d& local_to_other, std::span<const pieces::Side> sides,

@@ -61,6 +61,10 @@ class ShapeField {
     /// Lets values at points on that border be 0 where they are below; the points are in `around`.
     void close_border(const Box3f& around, const ShapePoints& points,
                       std::vector<float>* values) const;
+    /// Tells of n boxes, by axis, on which side of the zero set all of each is: 1 outside, -1 inside, 0 not known; of points
+    /// always.
+    void sides(const std::array<const float*, 3>& lo, const std::array<const float*, 3>& hi,
+               size_t n, int8_t* out) const;
     /// Returns the lattice's lowest corner, as it were without the box.
     Vec3f origin() const;
     /// Returns the lowest cells of all blocks that have a micropolygon, in order of z, y, x.

@@ -127,6 +127,12 @@ class ShapeSolid final : public Solid, Dicing {
         return shared_.field.voxels_beyond(local_to_build, sides, pitch_mm, known);
     }
     Box3f bounds() const override { return shared_.field.bounds(); }
+    bool sides(const std::array<const float*, 3>& lo, const std::array<const float*, 3>& hi,
+               size_t n, int8_t* out) const override {
+        if (shared_.field.is_distance()) return false;
+        shared_.field.sides(lo, hi, n, out);
+        return true;
+    }
     const Dicing* dicing() const override { return shared_.surface == nullptr ? nullptr : this; }
     bool for_bounds() const override { return shared_.near == nullptr; }
     int64_t patches() const override {

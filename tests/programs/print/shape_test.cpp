@@ -271,6 +271,37 @@ TEST_F(Shape, AsksForWhatItsSurfaceStageLeavesWhereItIs) {
     EXPECT_NEAR(print().white * kVoxel / cube, 1, 2e-3);
 }
 
+// A disc thinner than a cell, which has no micropolygon, is inside of what is asked.
+TEST_F(Shape, AsksWhatIsThinnerThanMicropolygons) {
+    write("{ return distance_to(core, attr.p); }", "mc.Set(white, 1);", "[[-8, -8, -8], [8, 8, 8]]",
+          "Object core; ", R"(, "core": "core")", "",
+          R"(, "core": {"mesh": "core", "fablet": "thin", "uniforms": {"m": "White"}})",
+          R"({"shape": "thin", "box_mm": [[-8, -8, -8], [8, 8, 8]]})");
+    std::string source = read_file(scratch_ / "f.fl");
+    source +=
+        "fablet Thin { @uniform { Material m; } @Shape(@varying { ShapeAttributes attr }) { float3 "
+        "p "
+        "= attr.p; return min(length(p) - 3, max(abs(p.z - 0.05) - 0.02, length(p.xy) - 7)); } "
+        "@Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(m, 1); "
+        "return "
+        "mc; } }\n";
+    scratch_.write("f.fl", source);
+    std::string world = read_file(scratch_ / "w.fab.json");
+    world.insert(world.find(R"("plain")"), R"("thin": {"source": "f.fl", "fablet": "Thin"}, )");
+    scratch_.write("w.fab.json", world);
+    int64_t inside = 0;
+    for (int z = -80; z < 80; ++z) {
+        for (int y = -80; y < 80; ++y) {
+            for (int x = -80; x < 80; ++x) {
+                const double px = 0.1 * x + 0.05, py = 0.1 * y + 0.05, pz = 0.1 * z + 0.05;
+                const bool in_ball = px * px + py * py + pz * pz < 9;
+                inside += in_ball || (z == 0 && px * px + py * py < 49) ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_EQ(print().white, static_cast<double>(inside));
+}
+
 /// The codes of a print as an array, and the place of its lowest corner.
 struct Array {
     std::array<int, 3> shape{};  ///< along z, y, x

@@ -87,9 +87,10 @@ TEST(ShapeBodies, BoundDistancesOverBoxes) {
                 }
                 decided[e] += low[e][i] >= 0 || high[e][i] < 0 ? 1 : 0;
             }
-            // At most half as wide again as what a distance at the middle tells, and by the grid as what one within two
-            // cells along each axis does.
-            EXPECT_LE(high[3][i] - low[3][i], 3 * std::sqrt(reach) + 4e-3) << i;
+            // At most half as wide again as what a distance at the middle tells. Where signs are those of values, both are
+            // possible as long as bounds of the value leave them open. By the grid as what a distance within two cells along
+            // each axis tells.
+            EXPECT_LE(high[3][i] - low[3][i], (is_distance ? 3 : 6) * std::sqrt(reach) + 4e-3) << i;
             if (reach == 0) {
                 EXPECT_LE(high[2][i] - low[2][i], 2 * std::sqrt(0.75) + 4e-3) << i;
             }
@@ -125,6 +126,54 @@ TEST(ShapeBodies, BoundDistancesByAGridWhereSignsJump) {
     for (size_t i = 0; i < kPoints; ++i) {
         ASSERT_LE(low[i], exact[i]) << i;
         ASSERT_GE(high[i], exact[i]) << i;
+    }
+}
+
+/// A ball, and a plate that lies between two planes of vertices of a lattice of 0.25.
+float plated(const Vec3f& p) {
+    const float plate =
+        std::max({std::fabs(p.z - 0.12f) - 0.01f, std::fabs(p.x) - 6.5f, std::fabs(p.y) - 6.5f});
+    return std::min(length(p) - 3, plate);
+}
+/// The plate alone, which has no micropolygon.
+float plate(const Vec3f& p) {
+    return std::max({std::fabs(p.z - 0.12f) - 0.01f, std::fabs(p.x) - 6.5f, std::fabs(p.y) - 6.5f});
+}
+
+// Where a body is thinner than a cell it has a sign, but no micropolygon.
+TEST(ShapeBodies, BoundDistancesWhereTheBodyIsThin) {
+    for (const bool alone : {false, true}) {
+        const Asking asking(alone ? make<plate>({14, 14, 14}, false)
+                                  : make<plated>({14, 14, 14}, false));
+        const ShapeBodies bodies(asking.stage, asking.solids, 0.25, OPENFAB_ISA_AVX2);
+        ShapeBodies::Tools tools;
+        std::mt19937 random(11);
+        std::uniform_real_distribution<float> place(-6.4f, 6.4f), size(0, 0.8f);
+        constexpr size_t kBoxes = 1000;
+        std::array<std::vector<float>, 3> lo, hi, inside;
+        for (size_t i = 0; i < kBoxes; ++i) {
+            for (size_t a = 0; a < 3; ++a) {
+                const float p = a == 2 ? 0.12f : place(random);
+                inside[a].push_back(p);
+                lo[a].push_back(p - (i % 4 == 0 ? 0 : size(random)));
+                hi[a].push_back(p + (i % 4 == 0 ? 0 : size(random)));
+            }
+        }
+        const auto pointers = [](const std::array<std::vector<float>, 3>& of) {
+            return std::array<const float*, 3>{of[0].data(), of[1].data(), of[2].data()};
+        };
+        std::vector<float> low(kBoxes), high(kBoxes), exact(kBoxes);
+        bodies.distances(0, pointers(inside), kBoxes, &tools, exact.data());
+        for (const Effort effort : {Effort::kBox, Effort::kNear, Effort::kGrid, Effort::kExact}) {
+            bodies.bounds(0, pointers(lo), pointers(hi), kBoxes, effort, &tools, low.data(),
+                          high.data());
+            for (size_t i = 0; i < kBoxes; ++i) {
+                ASSERT_EQ(exact[i] > 0, alone) << i;
+                // Not by NaN, which tells nothing.
+                ASSERT_FALSE(low[i] > exact[i]) << i << " by " << static_cast<int>(effort);
+                ASSERT_FALSE(high[i] < exact[i]) << i << " by " << static_cast<int>(effort);
+            }
+        }
     }
 }
 
