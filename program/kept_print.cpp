@@ -210,16 +210,40 @@ bool differ_in_values(const part::BoundUniforms& a, const part::BoundUniforms& b
 
 class KeptPrint::MixtureSums final : public pipeline::FractionSink {
   public:
-    void ask(std::span<const SumRegion> regions) {
+    /// `scales` are those of columns of derivatives; none: there are none.
+    void ask(std::span<const SumRegion> regions, std::span<const double> scales = {}) {
         regions_.assign(regions.begin(), regions.end());
+        scales_.assign(scales.begin(), scales.end());
     }
     Result<void> begin(const pipeline::PrintInfo& info, int32_t materials) override {
         boxes_ = voxels_of(regions_, info);
         fractions_ = static_cast<size_t>(materials);
         materials_ = info.materials.size();
         counts_.begin(boxes_.size(), materials_);
+        rates_.begin(boxes_.size(), fractions_ * scales_.size());
         means_.begin(boxes_.size());
         return {};
+    }
+    void write_rates(int32_t z, int32_t y, int32_t first_x, std::span<const float> rates) override {
+        const size_t numbers = fractions_ * scales_.size();
+        const auto end = first_x + static_cast<int32_t>(rates.size() / numbers);
+        std::vector<double> sums(numbers);
+        std::vector<int64_t> steps(numbers);
+        for (size_t r = 0; r < boxes_.size(); ++r) {
+            if (!has_row(boxes_[r], y, z)) continue;
+            std::ranges::fill(sums, 0.0);
+            const int32_t last = std::min(end, boxes_[r].hi.x);
+            for (int32_t x = std::max(first_x, boxes_[r].lo.x); x < last; ++x) {
+                const float* of = &rates[static_cast<size_t>(x - first_x) * numbers];
+                for (size_t k = 0; k < numbers; ++k)
+                    sums[k] += double{of[k]};
+            }
+            for (size_t k = 0; k < numbers; ++k) {
+                const double sum = sums[k] * scales_[k / fractions_];
+                steps[k] = std::llround(std::clamp(sum, -kMostOfRow, kMostOfRow) * kRateSteps);
+            }
+            rates_.add(r, steps);
+        }
     }
     void write(int32_t z, int32_t y, int32_t first_x, std::span<const float> fractions) override {
         const auto end = first_x + static_cast<int32_t>(fractions.size() / fractions_);
@@ -252,13 +276,24 @@ class KeptPrint::MixtureSums final : public pipeline::FractionSink {
         return counts_.scaled(region, voxel_ml / double{kFractionSteps});
     }
     double mean(size_t region) const { return means_.of(region, regions_[region].measure.get()); }
+    /// By column and material of the print.
+    std::vector<double> change_ml(size_t region, double voxel_ml) const {
+        const std::vector<double> of = rates_.scaled(region, voxel_ml / kRateSteps);
+        std::vector<double> out(scales_.size() * materials_);
+        for (size_t k = 0; k < of.size(); ++k)
+            out[k / fractions_ * materials_ + k % fractions_] = of[k];
+        return out;
+    }
 
   private:
+    /// Sums of rows are whole numbers of these, so that all sums of theirs are the same in any order of threads.
+    static constexpr double kRateSteps = 0x1p24, kMostOfRow = 0x1p20;
     std::vector<SumRegion> regions_;
+    std::vector<double> scales_;
     std::vector<Box3i> boxes_;
     size_t materials_ = 0;
     size_t fractions_ = 1;  ///< of these: those but a support of its own
-    Counts counts_;
+    Counts counts_, rates_;
     Means means_;
 };
 
@@ -273,11 +308,14 @@ KeptPrint::~KeptPrint() = default;
 
 Result<std::unique_ptr<KeptPrint>> KeptPrint::create(const Options& options,
                                                      const openfab_fablet_list& fablets,
-                                                     const std::atomic<bool>& interrupt) {
+                                                     const std::atomic<bool>& interrupt,
+                                                     const RatesOf& rates) {
     std::unique_ptr<KeptPrint> out(new KeptPrint(options, fablets, interrupt));
-    Result<PreparedPrint> ready = prepare_print(
-        options, fablets,
-        {.interrupt = interrupt, .fractions = out->mixtures_.get(), .world = &out->world_});
+    Result<PreparedPrint> ready = prepare_print(options, fablets,
+                                                {.interrupt = interrupt,
+                                                 .fractions = out->mixtures_.get(),
+                                                 .rates = rates,
+                                                 .world = &out->world_});
     if (!ready) return ready.error();
     Result<std::vector<part::BoundUniforms>> bound =
         part::bind_values(out->world_, fablets, {options.settings, options.memory_bytes});
@@ -348,25 +386,47 @@ Result<std::vector<RegionSums>> KeptPrint::sums(const std::vector<std::string>& 
                                                 std::span<const SumRegion> regions, SumPitch pitch,
                                                 bool printed) {
     Kept& kept = at(pitch);
-    if (const Result<void> bound = bind(settings, &kept); !bound) return bound.error();
-    const pipeline::PrintInfo& info = kept.job->info();
     mixtures_->ask(regions);
     PrintedSums counted(regions);
-    std::vector<int32_t> slabs;
-    for (int32_t slab = kept.job->slabs().x; slab < kept.job->slabs().y; ++slab)
-        slabs.push_back(slab);
     backends::NullSink nowhere;
-    pipeline::SliceSink& sink = printed ? static_cast<pipeline::SliceSink&>(counted) : nowhere;
-    const Result<pipeline::SlabsRun> run = kept.job->run_slabs(slabs, sink, interrupt_, nullptr);
-    if (!run) return run.error();
+    pipeline::SliceSink* sink = &nowhere;
+    if (printed) sink = &counted;
+    if (const Result<void> done = run(settings, &kept, sink); !done) return done.error();
+    const double ml = voxel_ml(kept.info);
     std::vector<RegionSums> out;
     for (size_t r = 0; r < regions.size(); ++r) {
-        out.push_back({mixtures_->ml(r, voxel_ml(info)), {}, mixtures_->mean(r), 0});
+        out.push_back({mixtures_->ml(r, ml), {}, mixtures_->mean(r), 0});
         if (!printed) continue;
-        out.back().printed_ml = counted.ml(r, voxel_ml(info));
+        out.back().printed_ml = counted.ml(r, ml);
         out.back().printed_mean = counted.mean(r);
     }
     return out;
+}
+
+Result<std::vector<RegionRates>> KeptPrint::rates(const std::vector<std::string>& settings,
+                                                  std::span<const SumRegion> regions,
+                                                  SumPitch pitch, std::span<const double> scales) {
+    Kept& kept = at(pitch);
+    mixtures_->ask(regions, scales);
+    backends::NullSink nowhere;
+    if (const Result<void> done = run(settings, &kept, &nowhere); !done) return done.error();
+    const double ml = voxel_ml(kept.info);
+    std::vector<RegionRates> out;
+    for (size_t r = 0; r < regions.size(); ++r)
+        out.push_back({mixtures_->ml(r, ml), mixtures_->change_ml(r, ml)});
+    return out;
+}
+
+/// Evaluates all slabs with other values of uniforms.
+Result<void> KeptPrint::run(const std::vector<std::string>& settings, Kept* kept,
+                            pipeline::SliceSink* sink) {
+    if (Result<void> bound = bind(settings, kept); !bound) return bound;
+    std::vector<int32_t> slabs;
+    for (int32_t slab = kept->job->slabs().x; slab < kept->job->slabs().y; ++slab)
+        slabs.push_back(slab);
+    const Result<pipeline::SlabsRun> done = kept->job->run_slabs(slabs, *sink, interrupt_, nullptr);
+    if (!done) return done.error();
+    return {};
 }
 
 }  // namespace openfab::program

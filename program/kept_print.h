@@ -50,6 +50,12 @@ struct RegionSums {
     double mixed_mean = 0, printed_mean = 0;
 };
 
+/// Millilitres of mixtures in a region by material, and their derivatives.
+struct RegionRates {
+    std::vector<double> mixed_ml;
+    std::vector<double> change_ml;  ///< [column][material]
+};
+
 /// The voxels that sums are of.
 enum class SumPitch {
     kCoarse,  ///< about kCoarseSumVoxels of the print's shape; the printer's own where it has no more
@@ -60,9 +66,12 @@ constexpr double kCoarseSumVoxels = 1e6;
 class KeptPrint {
   public:
     /// Reads the world and sets its print up. The fablets and the flag must outlive it.
+    /// With `rates`, which names columns of derivatives (find_rates), the fablets have some.
+    using RatesOf = std::function<Result<pipeline::Rates>(const Job& job)>;
     static Result<std::unique_ptr<KeptPrint>> create(const Options& options,
                                                      const openfab_fablet_list& fablets,
-                                                     const std::atomic<bool>& interrupt);
+                                                     const std::atomic<bool>& interrupt,
+                                                     const RatesOf& rates = {});
     ~KeptPrint();
 
     /// Sums up with other values of uniforms, `OBJECT.UNIFORM=VALUE`, for each region. The same values give the same
@@ -70,6 +79,11 @@ class KeptPrint {
     Result<std::vector<RegionSums>> sums(const std::vector<std::string>& settings,
                                          std::span<const SumRegion> regions, SumPitch pitch,
                                          bool printed);
+
+    /// Sums up mixtures, as `sums` does, and their derivatives, each times the scale of its column.
+    Result<std::vector<RegionRates>> rates(const std::vector<std::string>& settings,
+                                           std::span<const SumRegion> regions, SumPitch pitch,
+                                           std::span<const double> scales);
 
     const world::World& world() const { return world_; }
     const world::Printer& printer() const { return printer_; }
@@ -91,6 +105,8 @@ class KeptPrint {
     KeptPrint(const Options& options, const openfab_fablet_list& fablets,
               const std::atomic<bool>& interrupt);
     Result<void> bind(const std::vector<std::string>& settings, Kept* kept);
+    Result<void> run(const std::vector<std::string>& settings, Kept* kept,
+                     pipeline::SliceSink* sink);
     Kept& at(SumPitch pitch);
 
     const Options options_;

@@ -87,9 +87,9 @@ constexpr const char* kStageNames[] = {
     "volume_segment",   "derived",        "volume_demand", "dither",        "shape",
     "shape_attributes", "shape_bounds",   "shape_segment",
 };
-constexpr const char* kUniformKindNames[] = {"value",     "texture2d", "material",
-                                             "texture3d", "object",    "curve"};
-static_assert(std::size(kUniformKindNames) == OPENFAB_UNIFORM_CURVE + 1);
+constexpr const char* kUniformKindNames[] = {"value",  "texture2d", "material",    "texture3d",
+                                             "object", "curve",     "curve_change"};
+static_assert(std::size(kUniformKindNames) == OPENFAB_UNIFORM_CURVE_CHANGE + 1);
 constexpr const char* kQueryResultNames[] = {"distance",  "position", "normal",
                                              "attribute", "end",      "end_on"};
 constexpr const char* kVoxelCoordNames[] = {"voxel_coord", "voxel_coord_lo", "voxel_coord_hi",

@@ -246,6 +246,7 @@ ValueId ChangeCarrier::differentiate(ValueId id, size_t direction) {
         if (const ValueId change = differentiate_pick(old, direction); change != kNoValue)
             return change;
     }
+    if (old.op == Op::kMin || old.op == Op::kMax) return differentiate_extreme(id, direction);
     if (old.op == Op::kPow)
         return still_at_rest(old, direction, differentiate_power(id, direction));
     const Instr copy = builder_.instr(values_[id]);
@@ -275,6 +276,16 @@ ValueId ChangeCarrier::differentiate_pick(const Instr& pick, size_t direction) {
     const ValueId here =
         builder_.emit(is, {index, builder_.constant(builder_.type(index), number)});
     return builder_.select(here, changes_[direction][pick.args[only]], builder_.constant(0.0f));
+}
+
+/// Of two equal numbers the first, which is the one that a `clamp` is of: it moves where its bound is reached alone, as
+/// where a curve has the same value everywhere.
+ValueId ChangeCarrier::differentiate_extreme(ValueId id, size_t direction) {
+    const Instr& old = old_.instrs[id];
+    const ValueId a = values_[old.args[0]], b = values_[old.args[1]];
+    const ValueId first = builder_.emit(old.op == Op::kMin ? Op::kLe : Op::kGe, {a, b});
+    return builder_.select(first, change_or_zero(old.args[0], direction),
+                           change_or_zero(old.args[1], direction));
 }
 
 /// x^y where x may be 0, as behind a `max`.

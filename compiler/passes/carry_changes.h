@@ -72,6 +72,7 @@ class ChangeCarrier {
     ir::ValueId differentiate(ir::ValueId id, size_t direction);
     void differentiate_result(ir::ValueId id);
     ir::ValueId differentiate_pick(const ir::Instr& pick, size_t direction);
+    ir::ValueId differentiate_extreme(ir::ValueId id, size_t direction);
     ir::ValueId differentiate_power(ir::ValueId id, size_t direction);
     ir::ValueId still_at_rest(const ir::Instr& old, size_t direction, ir::ValueId change);
 

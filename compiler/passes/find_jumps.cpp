@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "abi/curve_table.h"
 #include "compiler/passes/carry_changes.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/expand_picks.h"
@@ -20,16 +21,27 @@ using ir::Op;
 using ir::Type;
 using ir::ValueId;
 
+/// Whether a number of a curve's table depends on its keys' values, not on their places alone.
+bool is_value_of_curve(int32_t number, int32_t size) {
+    const int32_t channels = abi::curve_channels(size);
+    const int32_t header = abi::curve_header(channels);
+    if (number < header) return number >= 2;
+    return (number - header) % abi::curve_stride(channels) != 0;
+}
+
 /// A direction for each uniform; those beyond the last share it.
 class ByUniform : public Seeds {
   public:
     explicit ByUniform(const ir::Fablet& fablet) {
         for (const ir::Uniform& u : fablet.uniforms) {
-            if (u.kind != OPENFAB_UNIFORM_VALUE || u.type != Type::kFloat) continue;
+            const bool curve = u.kind == OPENFAB_UNIFORM_CURVE;
+            if (!curve && (u.kind != OPENFAB_UNIFORM_VALUE || u.type != Type::kFloat)) continue;
             const size_t direction = std::min(names_.size(), size_t{31});
             names_.push_back(u.name);
-            for (int32_t k = 0; k < u.components * u.array_length; ++k)
-                of_value_[u.first_index + k] = direction;
+            for (int32_t k = 0; k < u.components * u.array_length; ++k) {
+                if (!curve || is_value_of_curve(k, u.components))
+                    of_value_[u.first_index + k] = direction;
+            }
         }
         for (const ir::Instr& instr : fablet.shape.instrs)
             shape_ |= of_uniform(instr);

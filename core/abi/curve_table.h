@@ -11,6 +11,9 @@
 //     for each of kCurveKeys keys:
 //         x                            where its stretch begins; kNoKey behind the last
 //         c0, c1, c2, c3               for each channel: ((c3 d + c2) d + c1) d + c0, d from x on
+//
+// A program of derivatives has, beside a curve `share`, for a key that is asked for a uniform `share[3]`: for each
+// channel a table that holds how that of the curve changes with the key's value in this channel.
 
 #include <cstdint>
 
@@ -25,6 +28,10 @@ constexpr int32_t curve_header(int32_t channels) {
 }
 constexpr int32_t curve_stride(int32_t channels) {
     return 1 + 4 * channels;
+}
+/// Where the coefficients of a channel's stretch begin.
+constexpr int32_t curve_coefficients(int32_t channels, int32_t key, int32_t channel) {
+    return curve_header(channels) + key * curve_stride(channels) + 1 + 4 * channel;
 }
 /// The number of floats of a table.
 constexpr int32_t curve_size(int32_t channels) {

@@ -67,9 +67,10 @@ enum openfab_uniform_kind {
     OPENFAB_UNIFORM_VALUE = 0, /* bool/int/uint/float, 1 to 16 components */
     OPENFAB_UNIFORM_TEXTURE2D = 1,
     OPENFAB_UNIFORM_MATERIAL = 2,
-    OPENFAB_UNIFORM_TEXTURE3D = 3, /* counted with the 2-D textures */
-    OPENFAB_UNIFORM_OBJECT = 4,    /* another object of the world, for distance_to */
-    OPENFAB_UNIFORM_CURVE = 5,     /* floats, as abi/curve_table.h lays them out */
+    OPENFAB_UNIFORM_TEXTURE3D = 3,    /* counted with the 2-D textures */
+    OPENFAB_UNIFORM_OBJECT = 4,       /* another object of the world, for distance_to */
+    OPENFAB_UNIFORM_CURVE = 5,        /* floats, as abi/curve_table.h lays them out */
+    OPENFAB_UNIFORM_CURVE_CHANGE = 6, /* of derivatives: floats, as there; nobody binds it */
 };
 
 /* One `@uniform` declaration. `first_index` is, by kind: the index of component 0 in the object's

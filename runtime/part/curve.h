@@ -17,6 +17,10 @@ namespace openfab::part {
 /// and none between them.
 std::vector<float> curve_table(const world::Curve& curve, int32_t channels);
 
+/// Returns how that table changes with the value of one of its keys in one of its channels.
+std::vector<float> curve_change(const world::Curve& curve, int32_t channels, size_t key,
+                                int32_t channel);
+
 /// Returns what is wrong with keys for that many channels; empty if nothing is.
 std::string curve_fault(const world::Curve& curve, int32_t channels);
 

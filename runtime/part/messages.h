@@ -65,6 +65,8 @@ OPENFAB_MESSAGE(kTexturesTakeMemoryHelp, "the largest is `{}` with {}: scale it 
 
 // curve
 OPENFAB_MESSAGE(kCurveKeys, "has {} keys, not 1 to {}")
+OPENFAB_MESSAGE(kCurveHasNoKey, "`{}` has {} keys, and none of the number {}")
+OPENFAB_MESSAGE(kCurveHasNoKeyHelp, "keys have the numbers 0 to {}")
 OPENFAB_MESSAGE(kCurveNumbers, "has {} numbers in key {}, not {}: {}")
 OPENFAB_MESSAGE(kCurveKeyValue, "a place and a value")
 OPENFAB_MESSAGE(kCurveKeyColor, "a place and the three values of a colour")

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "abi/curve_table.h"
+#include "abi/element_name.h"
 #include "abi/kernel_call.h"
 #include "base/check.h"
 #include "base/near_miss.h"
@@ -110,6 +111,10 @@ class Binder {
         if (Result<void> known = check_names(); !known) return known.error();
         for (int32_t i = 0; i < fablet_.uniform_count; ++i) {
             const openfab_uniform& u = fablet_.uniforms[i];
+            if (u.kind == OPENFAB_UNIFORM_CURVE_CHANGE) {
+                if (Result<void> bound = bind_change(u); !bound) return bound.error();
+                continue;
+            }
             const auto it = bindings_.find(u.name);
             const Result<void> bound =
                 it == bindings_.end() ? take_default(u) : bind_one(u, it->second);
@@ -122,8 +127,10 @@ class Binder {
   private:
     Result<void> check_names() const {
         std::vector<std::string> known;
-        for (int32_t i = 0; i < fablet_.uniform_count; ++i)
-            known.emplace_back(fablet_.uniforms[i].name);
+        for (int32_t i = 0; i < fablet_.uniform_count; ++i) {
+            if (fablet_.uniforms[i].kind != OPENFAB_UNIFORM_CURVE_CHANGE)
+                known.emplace_back(fablet_.uniforms[i].name);
+        }
         for (const auto& [name, binding] : bindings_) {
             if (std::find(known.begin(), known.end(), name) != known.end()) continue;
             return error_at(binding.location,
@@ -273,6 +280,27 @@ class Binder {
         auto to = out_.values.begin() + u.first_index;
         for (const float value : curve_table(*curve, channels))
             *to++ = std::bit_cast<uint32_t>(value);
+        return Ok{};
+    }
+
+    /// The curve, which comes before, is bound.
+    Result<void> bind_change(const openfab_uniform& u) {
+        const abi::Element element = abi::element_of(u.name);
+        const world::UniformBinding& binding = bindings_.at(element.name);
+        const auto& curve = std::get<world::Curve>(binding.value);
+        const auto key = static_cast<size_t>(element.index);
+        if (key >= curve.keys.size()) {
+            return error_at(
+                binding.location,
+                fmt::format(messages::kCurveHasNoKey, element.name, curve.keys.size(), key),
+                fmt::format(messages::kCurveHasNoKeyHelp, curve.keys.size() - 1));
+        }
+        const auto channels = static_cast<int32_t>(curve.keys[0].size()) - 1;
+        auto to = out_.values.begin() + u.first_index;
+        for (int32_t channel = 0; channel < channels; ++channel) {
+            for (const float value : curve_change(curve, channels, key, channel))
+                *to++ = std::bit_cast<uint32_t>(value);
+        }
         return Ok{};
     }
 

@@ -218,8 +218,12 @@ class Fitter {
                 if (!found && !out_.interrupted) return found.error();
                 if (found) point = {from, std::move(*found)};
             } else {
-                Result<SearchResult> found = search_unknowns(
-                    from, wanted, values, {.seed = options_.search_seed, .interrupt = &interrupt_});
+                SearchOptions options{.seed = options_.search_seed, .interrupt = &interrupt_};
+                if (values_->has_slopes())
+                    options.slopes = [&](std::span<const double> x) {
+                        return values_->slopes(values_->unknowns_at(x, chosen_));
+                    };
+                Result<SearchResult> found = search_unknowns(from, wanted, values, options);
                 if (!found) return found.error();
                 out_.interrupted = found->interrupted;
                 point = std::move(found->best);

@@ -24,10 +24,14 @@ namespace openfab::fit {
 struct Unknown {
     std::string name;  ///< as written: `ball.skin`, `ball.tint[1]`
     std::string object, uniform;
-    int32_t component = -1;  ///< -1: all of a scalar
+    int32_t component = -1;  ///< -1: all of a scalar; of a curve's keys, one value or three each
+    std::optional<world::Curve> curve;
+    std::string
+        element;  ///< what derivatives are asked by (abi/element_name.h), and which of its numbers this is
+    int32_t number = 0;
     openfab_scalar_type scalar = OPENFAB_FLOAT;
     double min = 0, max = 0, start = 0;
-    std::vector<double> now;  ///< all components, as they are
+    std::vector<double> now;  ///< all components, as they are; of a curve the values of its keys
     /// JSON of the values of one that is searched through instead.
     std::vector<std::string> choices;
     SourceLocation location;

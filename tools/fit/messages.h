@@ -46,6 +46,8 @@ OPENFAB_MESSAGE(kPlacementsOwnHelp, "leave it out there: what is found is for al
 OPENFAB_MESSAGE(kNoSuchUniform, "the fablet of `{}` has no uniform `{}`")
 OPENFAB_MESSAGE(kOfNoNumber, "`{}` (`{}`) is no number that could be moved")
 OPENFAB_MESSAGE(kOfNoNumberHelp, "unknowns are floats, ints, uints, bools, enums and single materials")
+OPENFAB_MESSAGE(kKeys, "`{}` is none of the {} values of the curve's keys")
+OPENFAB_MESSAGE(kKeysHelp, "name a value, as `{}.{}[0]`; its numbers are 0 to {}")
 OPENFAB_MESSAGE(kComponents, "`{}` does not name one number of `{}`")
 OPENFAB_MESSAGE(kComponentsHelp, "name `{0}.{1}[0]` to `{0}.{1}[{2}]`")
 OPENFAB_MESSAGE(kChoicesMissing, "`{}` has no `choices`")

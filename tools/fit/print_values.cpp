@@ -21,6 +21,21 @@ namespace {
 /// Choices that are searched through, of all unknowns that have some together.
 constexpr size_t kMostChoices = 1000;
 
+/// Returns a curve with other values of its keys, as worlds write it.
+std::string curve_text(const world::Curve& curve, std::span<const double> values) {
+    std::string keys;
+    size_t next = 0;
+    for (const std::vector<double>& key : curve.keys) {
+        keys += fmt::format("{}[{}", keys.empty() ? "" : ", ", key[0]);
+        for (size_t k = 1; k < key.size(); ++k)
+            keys += fmt::format(", {}", static_cast<float>(values[next++]));
+        keys += "]";
+    }
+    const char* how = curve.interpolation ? world::interpolation_name(*curve.interpolation) : "";
+    return fmt::format("{{\"keys\": [{}]{}}}", keys,
+                       curve.interpolation ? fmt::format(", \"interpolation\": \"{}\"", how) : "");
+}
+
 }  // namespace
 
 Result<std::unique_ptr<PrintValues>> PrintValues::create(const program::Options& print,
@@ -72,6 +87,7 @@ Result<void> PrintValues::set_up(const driver::ScheduleOptions& schedules,
         if (!mechanics) return mechanics.error();
         mechanics_ = std::move(*mechanics);
     }
+    if (Result<void> done = set_up_slopes(); !done) return done;
     const auto paid = std::ranges::find(goals_.goals, Quantity::kCost, &Goal::quantity);
     if (paid == goals_.goals.end()) return {};
     const auto cost = cost_of(std::vector<double>(kept_->world().materials.size()));
@@ -168,6 +184,7 @@ std::vector<double> PrintValues::unknowns_at(std::span<const double> x,
 
 std::vector<std::string> PrintValues::settings_of(const std::vector<double>& unknowns) const {
     std::map<std::string, std::vector<double>> numbers;
+    std::map<std::string, const world::Curve*> curves;
     std::map<std::string, std::string> texts;
     for (size_t u = 0; u < unknowns.size(); ++u) {
         const Unknown& unknown = goals_.unknowns[u];
@@ -178,8 +195,13 @@ std::vector<std::string> PrintValues::settings_of(const std::vector<double>& unk
         }
         auto& values = numbers.try_emplace(name, unknown.now).first->second;
         values[static_cast<size_t>(std::max(unknown.component, 0))] = unknowns[u];
+        if (unknown.curve) curves[name] = &*unknown.curve;
     }
     for (const auto& [name, values] : numbers) {
+        if (const auto curve = curves.find(name); curve != curves.end()) {
+            texts[name] = curve_text(*curve->second, values);
+            continue;
+        }
         std::string text;
         for (const double value : values)
             text += fmt::format("{}{}", text.empty() ? "" : ", ", static_cast<float>(value));

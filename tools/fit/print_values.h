@@ -58,6 +58,11 @@ class PrintValues {
     /// nothing.
     Result<std::vector<double>> searched(const std::vector<double>& unknowns);
 
+    /// Whether goals have slopes: many unknowns of floats, amounts alone, fablets without jumps.
+    bool has_slopes() const { return slopes_ != nullptr; }
+    /// Returns the derivatives of these values by the unknowns without choices, each over its range: [goal][unknown].
+    Result<std::vector<double>> slopes(const std::vector<double>& unknowns);
+
     struct Counted {
         std::vector<double> mixed, printed;  ///< by goal; not a number where it is not known
         std::vector<std::string> notes;
@@ -74,6 +79,7 @@ class PrintValues {
     /// Returns the sums of all regions.
     Result<std::vector<program::RegionSums>> amounts(const std::vector<std::string>& settings,
                                                      program::SumPitch pitch, bool printed);
+    Result<void> set_up_slopes();
     double mixed_value(const Goal& goal, const program::RegionSums& sums) const;
     /// Returns the materials of mixtures, and the support that is printed.
     std::vector<double> mixed_ml(const program::RegionSums& sums) const;
@@ -88,6 +94,15 @@ class PrintValues {
     std::unique_ptr<program::KeptPrint> kept_;
     std::map<std::string, std::unique_ptr<program::KeptPrint>> objects_;  ///< of these alone
     std::unique_ptr<MechanicsValues> mechanics_;  ///< null where no goal asks
+    /// Prints with derivatives, like the ones above.
+    struct Slopes {
+        std::unique_ptr<tuner::Workload::Derivatives> compiled;
+        std::map<std::string, std::unique_ptr<program::KeptPrint>>
+            prints;                    ///< by object; "": of all
+        std::vector<int32_t> columns;  ///< by unknown; -1: one with choices
+        std::vector<double> scales;    ///< by column
+    };
+    std::unique_ptr<Slopes> slopes_;  ///< null: there are none
     std::map<std::vector<double>, std::vector<double>> known_;
     std::vector<Trial> history_;
 };

@@ -79,6 +79,12 @@ class Searcher {
     /// A size by which values are of the order of 1.
     double size_of(size_t goal) const { return 1000 * wanted_[goal].within; }
 
+    void stop_at(const Error& error) {
+        interrupted_ = error.code == ErrorCode::kInterrupted;
+        if (!interrupted_) error_ = error;
+        if (method_ != nullptr) nlopt_force_stop(method_.get());
+    }
+
     /// Returns the values at a point; nothing where the method must end.
     const std::vector<double>* evaluate(std::span<const double> x) {
         if (stopped()) {
@@ -87,9 +93,7 @@ class Searcher {
         }
         Result<std::vector<double>> found = values_(x);
         if (!found) {
-            interrupted_ = found.error().code == ErrorCode::kInterrupted;
-            if (!interrupted_) error_ = found.error();
-            if (method_ != nullptr) nlopt_force_stop(method_.get());
+            stop_at(found.error());
             return nullptr;
         }
         last_ = {{x.begin(), x.end()}, std::move(*found)};
@@ -108,6 +112,13 @@ class Searcher {
 
     /// Returns the slopes of all values at a point, [value][unknown]; nothing where the method must end.
     std::optional<std::vector<double>> slopes(std::span<const double> x) {
+        if (options_.slopes) {
+            if (stopped()) return {};
+            Result<std::vector<double>> found = options_.slopes(x);
+            if (found) return std::move(*found);
+            stop_at(found.error());
+            return {};
+        }
         std::vector<double> out(wanted_.size() * unknowns_);
         std::vector<double> at(x.begin(), x.end());
         for (size_t u = 0; u < unknowns_; ++u) {

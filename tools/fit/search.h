@@ -4,7 +4,7 @@
 
 // The search for unknowns, between bounds, for which values are what is wanted: by NLopt, which is in Debian and
 // Ubuntu, is kept, takes constraints and has methods with and without derivatives; SciPy would be Python in a program
-// that starts none. Slopes are central differences. First SLSQP, with bounds of values as constraints: of as many
+// that starts none. Slopes are derivatives where there are some, or else central differences. First SLSQP, with bounds of values as constraints: of as many
 // values as unknowns that is Newton's method. Where it does not get there, as in steps, simplices follow (Sbplx), which
 // need no slopes. Nothing is random but the starts that come last, of a seed; no result depends on threads.
 
@@ -37,13 +37,14 @@ struct Point {
     std::vector<double> values;
 };
 
-/// Returns the values at a point of the unit cube.
+/// Returns the values at a point of the unit cube; or their slopes there, [value][unknown].
 using Values = std::function<Result<std::vector<double>>(std::span<const double> x)>;
 
 struct SearchOptions {
     uint64_t seed = 0;
     int32_t most_evaluations = 400;  ///< of one method from one start
     const std::atomic<bool>* interrupt = nullptr;
+    Values slopes{};  ///< empty: they are differences
 };
 
 struct SearchResult {

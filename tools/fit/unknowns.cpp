@@ -14,6 +14,7 @@
 #include "base/json_text.h"
 #include "base/near_miss.h"
 #include "runtime/part/bind.h"
+#include "runtime/part/settings.h"
 #include "tools/fit/goal_keys.h"
 #include "tools/fit/messages.h"
 
@@ -47,7 +48,8 @@ class UnknownsReader {
             part::bind_values(world_, fablets_, {settings});
         if (!bound) return bound.error();
         bound_ = std::move(*bound);
-        return {};
+        set_ = world_;
+        return part::apply_settings(settings, &set_);
     }
 
     void read(const JsonValue& value) {
@@ -146,6 +148,12 @@ class UnknownsReader {
             bound_[static_cast<size_t>(placed - world_.build.begin())];
         const int32_t count = found->components * found->array_length;
         if (found->kind == OPENFAB_UNIFORM_MATERIAL && count == 1 && component < 0) return found;
+        if (found->kind == OPENFAB_UNIFORM_CURVE) {
+            const std::string what = take_key(number, component, out);
+            return what.empty() ? found
+                                : fail(what, fmt::format(messages::kKeysHelp, out->object,
+                                                         out->uniform, out->now.size() - 1));
+        }
         if (found->kind != OPENFAB_UNIFORM_VALUE)
             return fail(fmt::format(messages::kOfNoNumber, name, part::declaration(*found)),
                         messages::kOfNoNumberHelp);
@@ -155,11 +163,35 @@ class UnknownsReader {
                 fmt::format(messages::kComponents, name, part::declaration(*found)),
                 fmt::format(messages::kComponentsHelp, out->object, out->uniform, count - 1));
         if (count > 1 && !whole) out->component = component;
+        out->element = out->uniform;
+        out->number = std::max(component, 0);
+        if (found->array_length > 1 && component >= 0) {
+            out->element += fmt::format("[{}]", component / found->components);
+            out->number = component % found->components;
+        }
         out->scalar = found->scalar;
         for (int32_t k = 0; k < count; ++k)
             out->now.push_back(number_of(bound.values[static_cast<size_t>(found->first_index + k)],
                                          found->scalar));
         return found;
+    }
+
+    /// Takes a value of a curve's keys, and the curve; returns what is wrong.
+    std::string take_key(size_t object, int32_t component, Unknown* out) const {
+        const world::Object& one = set_.objects[object];
+        const auto own = one.uniforms.find(out->uniform);
+        const world::UniformBinding& binding =
+            own != one.uniforms.end() ? own->second
+                                      : set_.fablets.at(one.fablet).uniforms.at(out->uniform);
+        out->curve = std::get<world::Curve>(binding.value);  // it was bound
+        const auto of_key = static_cast<int32_t>(out->curve->keys[0].size()) - 1;
+        out->element = fmt::format("{}[{}]", out->uniform, component / of_key);
+        out->number = component % of_key;
+        for (const std::vector<double>& key : out->curve->keys)
+            out->now.insert(out->now.end(), key.begin() + 1, key.end());
+        out->component = component;
+        const bool named = component >= 0 && static_cast<size_t>(component) < out->now.size();
+        return named ? "" : fmt::format(messages::kKeys, out->name, out->now.size());
     }
 
     /// What is tried where no choices are given: of a bool both, of an enum its names; else nothing.
@@ -264,6 +296,7 @@ class UnknownsReader {
     const std::string file_;
     const world::World& world_;
     const openfab_fablet_list& fablets_;
+    world::World set_;  ///< with the settings
     std::vector<part::BoundUniforms> bound_;
     std::vector<Unknown> out_;
 };

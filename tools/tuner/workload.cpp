@@ -102,6 +102,26 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     return said;
 }
 
+std::unique_ptr<Workload::Derivatives> Workload::compile_derivatives(
+    const std::vector<std::string>& names) const {
+    driver::CompilationOptions options = options_;
+    options.derivatives = names;
+    driver::Compilation compilation(options, common_);
+    const driver::Compilation::Outcome outcome = compilation.run();
+    const std::vector<diag::Diagnostic> said = outcome.sink.sorted();
+    const bool jumps = std::ranges::any_of(
+        said, [](const diag::Diagnostic& one) { return one.id == diag::kJump.id; });
+    if (outcome.code != driver::kExitDone || jumps) return nullptr;
+    auto loaded =
+        lower::load_program(compilation.fablets(), compilation.program_options(cache_.get()));
+    if (std::holds_alternative<lower::Fault>(loaded)) return nullptr;
+    auto out = std::make_unique<Derivatives>();
+    out->program = std::move(std::get<std::unique_ptr<lower::LoadedProgram>>(loaded));
+    for (const lower::FabletUnit& unit : compilation.fablets())
+        out->directions.push_back(unit.directions);
+    return out;
+}
+
 Error Workload::report(const lower::Fault& fault) const {
     const int code = compilation_->report(fault);
     return Error{

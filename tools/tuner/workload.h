@@ -47,6 +47,14 @@ class Workload {
         const lower::ProgramOptions& options) const {
         return lower::load_program(compilation_->fablets(), options);
     }
+    /// The fablets with derivatives of their fractions, and by which values, by fablet.
+    struct Derivatives {
+        std::unique_ptr<lower::LoadedProgram> program;
+        std::vector<std::vector<int32_t>> directions;
+    };
+    /// Compiles the fablets once more, with derivatives by uniforms, or elements of them, of these names. Null where a
+    /// fablet has none, or jumps, so that sums of its derivatives are not those of its sums.
+    std::unique_ptr<Derivatives> compile_derivatives(const std::vector<std::string>& names) const;
     /// Says what is wrong, and returns the error of it.
     Error report(const lower::Fault& fault) const;
 
