@@ -74,6 +74,38 @@ def test_derivatives_are_the_closed_forms() -> None:
         np.testing.assert_allclose(got[..., 1, *[slice(None)] * (got.ndim - 4)], -expected[name], atol=1e-5, err_msg=name)
 
 
+def test_keys_of_curves() -> None:
+    text = """fablet Curved {
+    @uniform { Spline share; ColorRamp tint; Material one, other; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        float3 p = attr.voxelCenter;
+        float s = share.At(p.x) * tint.At(p.y).g;
+        MaterialComposition mc; mc.Set(one, s); mc.Set(other, 1 - s); return mc;
+    }
+}
+"""
+    lines = {"keys": [[-3, 0.2], [-1, 0.2], [2, 0.7], [3, 0.1]], "interpolation": "linear"}
+    world = openfab.World(printer="generic")
+    ramp = {"keys": [[-3, 0, 0.5, 0], [3, 0, 1, 0]]}
+    world.add(openfab.box(6, 6, 6), openfab.Fablet(text=text), {"one": WHITE, "other": BLACK, "share": lines, "tint": ramp}, name="cube")
+    samples = openfab.sample(world, voxel=0.5, jacobian=["cube.share[1]", "cube.share[2]", "cube.tint[0]"])
+    p = centres(samples)
+    green = 0.5 + (p[..., 1] + 3) / 12
+    for key, hat in (1, [0, 1, 0, 0]), (2, [0, 0, 1, 0]):
+        expected = np.interp(p[..., 0], [-3, -1, 2, 3], hat) * green
+        np.testing.assert_allclose(samples.jacobian[f"cube.share[{key}]"][..., 0], expected, atol=1e-5)
+    by_tint = samples.jacobian["cube.tint[0]"]
+    assert by_tint.shape[-2:] == (2, 3)
+    share = np.interp(p[..., 0], [-3, -1, 2, 3], [0.2, 0.2, 0.7, 0.1])
+    np.testing.assert_allclose(by_tint[..., 0, 1], share * (3 - p[..., 1]) / 6, atol=1e-5)
+    assert not by_tint[..., 0::2].any()
+    with pytest.raises(openfab.InputError, match="`tint` has 2 keys, and none of the number 4"):
+        openfab.sample(world, voxel=0.5, jacobian="cube.tint[4]")
+    with pytest.raises(openfab.CompileError, match="by all of `share`"):
+        openfab.sample(world, voxel=0.5, jacobian="cube.share")
+
+
 def test_points_have_the_derivatives_of_their_voxels() -> None:
     world = graded()
     whole = openfab.sample(world, voxel=0.5, jacobian="cube.v")

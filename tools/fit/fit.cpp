@@ -139,6 +139,11 @@ class Fitter {
         const Result<std::vector<double>> first = values_at(starts[0]);
         if (!first) return first.error();
         std::vector<bool> goal_moves(first->size()), unknown_moves(count);
+        if (values_->has_slopes()) {
+            if (Result<void> looked = look_at_slopes(starts[0], &goal_moves, &unknown_moves);
+                !looked)
+                return looked;
+        }
         const auto all = [](const std::vector<bool>& of) {
             return std::ranges::count(of, false) == 0;
         };
@@ -163,6 +168,23 @@ class Fitter {
                 goal.location,
                 fmt::format(messages::kGoalMovesNot, goal.name, (*first)[g], unit_of(goal)),
                 messages::kGoalMovesNotHelp);
+        }
+        return {};
+    }
+
+    /// Notes which unknowns and goals have a slope at a place.
+    Result<void> look_at_slopes(const std::vector<double>& at, std::vector<bool>* goal_moves,
+                                std::vector<bool>* unknown_moves) {
+        const Result<std::vector<double>> slopes =
+            values_->slopes(values_->unknowns_at(at, chosen_));
+        if (!slopes) return slopes.error();
+        for (size_t g = 0; g < goal_moves->size(); ++g) {
+            size_t next = 0;
+            for (size_t u = 0; u < unknown_moves->size(); ++u) {
+                if (out_.goals.unknowns[u].is_discrete()) continue;
+                if ((*slopes)[g * at.size() + next++] != 0)
+                    (*goal_moves)[g] = (*unknown_moves)[u] = true;
+            }
         }
         return {};
     }

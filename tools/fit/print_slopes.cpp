@@ -59,10 +59,7 @@ Result<void> PrintValues::set_up_slopes() {
             ++k;
         return std::span<const int32_t>(out->compiled->directions[static_cast<size_t>(k)]);
     };
-    std::set<std::string> objects{""};
-    for (const Region& region : goals_.regions)
-        objects.insert(region.object);
-    for (const std::string& object : objects) {
+    for (const auto& [object, regions] : regions_by_object()) {
         program::Options print = print_;
         print.only_object = object.empty() ? print_.only_object : object;
         std::vector<program::RateColumns> columns;
@@ -101,14 +98,20 @@ Result<void> PrintValues::set_up_slopes() {
 Result<std::vector<double>> PrintValues::slopes(const std::vector<double>& unknowns) {
     const std::vector<std::string> settings = settings_of(unknowns);
     const std::vector<world::Material>& materials = kept_->world().materials;
+    std::vector<program::RegionRates> by_region(goals_.regions.size());
+    for (const auto& [object, regions] : regions_by_object()) {
+        std::vector<program::SumRegion> asked;
+        for (const size_t r : regions)
+            asked.push_back(goals_.regions[r].voxels);
+        auto rates = slopes_->prints.at(object)->rates(settings, asked, program::SumPitch::kCoarse,
+                                                       slopes_->scales);
+        if (!rates) return rates.error();
+        for (size_t k = 0; k < regions.size(); ++k)
+            by_region[regions[k]] = std::move((*rates)[k]);
+    }
     std::vector<double> out;
     for (const Goal& goal : goals_.goals) {
-        const Region& region = goals_.regions[goal.region];
-        const auto rates =
-            slopes_->prints.at(region.object)
-                ->rates(settings, {&region.voxels, 1}, program::SumPitch::kCoarse, slopes_->scales);
-        if (!rates) return rates.error();
-        const program::RegionRates& of = rates->front();
+        const program::RegionRates& of = by_region[goal.region];
         const size_t count = of.mixed_ml.size();
         for (const int32_t column : slopes_->columns) {
             if (column < 0) continue;

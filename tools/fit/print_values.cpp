@@ -104,13 +104,17 @@ double PrintValues::search_pitch() const {
            kept_->info(program::SumPitch::kPrinter).pitch_mm.x;
 }
 
+std::map<std::string, std::vector<size_t>> PrintValues::regions_by_object() const {
+    std::map<std::string, std::vector<size_t>> out;
+    for (size_t r = 0; r < goals_.regions.size(); ++r)
+        out[goals_.regions[r].object].push_back(r);
+    return out;
+}
+
 Result<std::vector<program::RegionSums>> PrintValues::amounts(
     const std::vector<std::string>& settings, program::SumPitch pitch, bool printed) {
     std::vector<program::RegionSums> out(goals_.regions.size());
-    std::map<std::string, std::vector<size_t>> by_object;
-    for (size_t r = 0; r < goals_.regions.size(); ++r)
-        by_object[goals_.regions[r].object].push_back(r);
-    for (const auto& [object, regions] : by_object) {
+    for (const auto& [object, regions] : regions_by_object()) {
         std::vector<program::SumRegion> asked;
         for (const size_t r : regions)
             asked.push_back(goals_.regions[r].voxels);

@@ -75,6 +75,7 @@ class PrintValues {
         : print_(print), interrupt_(interrupt) {}
     Result<void> set_up(const driver::ScheduleOptions& schedules, const std::string& goals);
     std::optional<pipeline::PrintCost> cost_of(const std::vector<double>& ml) const;
+    std::map<std::string, std::vector<size_t>> regions_by_object() const;
     double value_of(const Goal& goal, const std::vector<double>& ml) const;
     /// Returns the sums of all regions.
     Result<std::vector<program::RegionSums>> amounts(const std::vector<std::string>& settings,
