@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Readers and writers whose libraries few need. None is built because its library happens to be there: -DOPENFAB_WITH_VDB=ON (or
-# DICOM, HDF5, STEP, VRML) asks for it in one build folder, `scripts/setup --vdb`, which records it, in all that were not told otherwise.
-set(OPENFAB_OPTIONAL_PARTS VDB DICOM HDF5 STEP VRML)
+# BLOSC, DICOM, HDF5, STEP, VRML) asks for it in one build folder, `scripts/setup --vdb`, which records it, in all that were not told otherwise.
+set(OPENFAB_OPTIONAL_PARTS VDB BLOSC DICOM HDF5 STEP VRML)
 set(recorded ${CMAKE_SOURCE_DIR}/build/optional_parts)
 set(asked_for)
 if(EXISTS ${recorded})

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "world/messages.h"
+#include "world/texture_options.h"
 #include "world/unit_reader.h"
 #include "world/world_keys.h"
 
@@ -84,10 +85,6 @@ void read_texture(const JsonMember& m, JsonReader* json, WorldFiles* files, Worl
     if (!json->object(m.value, world_keys("texture"), what)) return;
     Texture texture;
     texture.name = m.key;
-    if (const JsonMember* p = m.value.find("time"))
-        texture.time = json->number(p->value, "`time` of " + what, -1e30, 1e30);
-    texture.file = files->images(m.value.find("file")->value, "the file of " + what, texture.time,
-                                 texture.field);
     const auto choice = [&](const char* key, const std::vector<std::string>& choices,
                             size_t otherwise) {
         const JsonMember* p = m.value.find(key);
@@ -116,7 +113,11 @@ void read_texture(const JsonMember& m, JsonReader* json, WorldFiles* files, Worl
         texture.pitch_mm = json->number(p->value, "`pitch_mm` of " + what, 1e-4, 1e6);
     if (const JsonMember* p = m.value.find("outside"))
         texture.outside = json->number(p->value, "`outside` of " + what, -1e30, 1e30);
+    if (const JsonMember* p = m.value.find("time"))
+        texture.time = json->number(p->value, "`time` of " + what, -1e30, 1e30);
     read_frames(m.value, what, json, &texture);
+    texture.file =
+        files->images(m.value.find("file")->value, "the file of " + what, volume_options(texture));
     for (const char* key : {"origin_mm", "spacing_mm", "field", "unit", "pitch_mm", "outside",
                             "time", "segment", "echo", "detector", "energy_window", "phase"}) {
         if (const JsonMember* p = m.value.find(key))

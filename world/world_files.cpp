@@ -79,7 +79,7 @@ void WorldFiles::add(const JsonValue& value, const fs::path& file) {
 }
 
 fs::path WorldFiles::images(const JsonValue& value, const std::string& what,
-                            std::optional<double> time, const std::string& field) {
+                            const texture::VolumeOptions& options) {
     fs::path path = this->path(value, what);
     std::error_code ignored;
     const bool listed = texture::is_medium_list(path);
@@ -99,7 +99,7 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what,
     }
     if (!json_.ok() || slices.size() > 1) return path;
     // A faulty header is reported when it is read.
-    for (const fs::path& data : texture::detached_data(slices[0], time, field)) {
+    for (const fs::path& data : texture::detached_data(slices[0], options)) {
         if (json_.ok()) also(value, data);
     }
     return path;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/json.h"
+#include "texture/volume.h"
 #include "world/json_reader.h"
 #include "world/world.h"
 
@@ -27,9 +28,9 @@ class WorldFiles {
     std::filesystem::path existing(const JsonValue& value, const std::string& what,
                                    bool again = true);
     /// Reads the path of one file, or of a volume's slices: a folder or a pattern with matches. Of a file
-    /// of several steps or series of them, `time` and `field` say which one's data belong to the world.
+    /// of several steps, series or levels, the options say which one's data belong to the world.
     std::filesystem::path images(const JsonValue& value, const std::string& what,
-                                 std::optional<double> time, const std::string& field);
+                                 const texture::VolumeOptions& options);
     /// Adds the words of a command that are files of the world's folder; they need not be.
     void words(const JsonValue& value, const std::vector<std::string>& command);
     /// Adds a file that a file of the world, at `value`, names in turn.

@@ -12,7 +12,7 @@ namespace openfab::zarr::messages {
 
 // layout
 OPENFAB_MESSAGE(kOtherVersion, "{}: it is of Zarr version {}; OpenFab reads and writes version 3")
-OPENFAB_MESSAGE(kNoPrint, "{}: it has no attribute `openfab`, so it is no print; `openfab texture` takes volumes as images or OpenVDB")
+OPENFAB_MESSAGE(kNoPrint, "{}: it has no attribute `openfab`, so it is no print; a world takes it as a texture")
 OPENFAB_MESSAGE(kPrintDamaged, "{}: its attribute `openfab` is damaged, or of another version")
 OPENFAB_MESSAGE(kOtherArray, "{}: its `{}` is not that of a print by OpenFab; copy voxels by another program into a new print's store, and leave its arrays as they are")
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <utility>
 
-#include "backends/zarr/crc32c.h"
+#include "base/crc32c.h"
 #include "base/hash.h"
 
 namespace openfab::zarr {

@@ -22,6 +22,7 @@
 #include "texture/nrrd_header.h"
 #include "texture/pyramid_file.h"
 #include "texture/xdmf_grid.h"
+#include "texture/zarr_store.h"
 
 namespace openfab::texture {
 namespace {
@@ -169,6 +170,10 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
         return std::vector<fs::path>{source};
     }
     const bool folder = fs::is_directory(source, trouble);
+    if (folder) {
+        if (fs::path metadata = zarr_metadata(source); !metadata.empty())
+            return std::vector<fs::path>{std::move(metadata)};
+    }
     const fs::path directory = folder ? source : source.parent_path();
     const std::string pattern = folder ? "*" : plain_pattern(source.filename().string());
     std::vector<fs::path> files;
@@ -212,12 +217,24 @@ bool is_npy(const InputFile& file) {
     return got && std::string_view(mark.data(), *got) == "\x93NUMPY";
 }
 
-std::vector<std::string> read_data_files_of(const fs::path& file, std::optional<double> time,
-                                            const std::string& field, const ReadLimits& limits) {
+/// Names the files of a store but the one that describes it.
+std::vector<std::string> read_files_of_store(const fs::path& file, const VolumeOptions& options,
+                                             const ReadLimits& limits) {
+    const Result<ZarrVolume> volume = read_zarr_store(file, options, limits);
+    if (!volume) return {};
+    Result<std::vector<std::string>> names = zarr_files(file, *volume);
+    if (!names) return {};
+    std::erase(*names, file.filename().string());
+    return std::move(*names);
+}
+
+std::vector<std::string> read_data_files_of(const fs::path& file, const VolumeOptions& options,
+                                            const ReadLimits& limits) {
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return {};
+    if (is_zarr_metadata(file)) return read_files_of_store(file, options, limits);
     if (is_xdmf(file)) {
-        const Result<XdmfGrid> grid = read_xdmf_grid(*opened, time, field, limits);
+        const Result<XdmfGrid> grid = read_xdmf_grid(*opened, options.time, options.field, limits);
         return grid ? grid->data_files() : std::vector<std::string>();
     }
     if (std::string beside = file.filename().string() + ".json";
@@ -249,24 +266,26 @@ std::vector<std::string> read_data_files_of(const fs::path& file, std::optional<
     return names ? std::move(*names) : std::vector<std::string>();
 }
 
-/// Names the data files of a header of NRRD, NIfTI or MetaImage, or of an XDMF file, and what tells the place of an array
+/// Names the data files of a header of NRRD, NIfTI or MetaImage, of an XDMF file or of a store of Zarr, and what tells the place of an array
 /// of a print; none of any other file,
 /// or of one that cannot be read.
-std::vector<std::string> data_files_of(const fs::path& file, std::optional<double> time,
-                                       const std::string& field, const ReadLimits& limits) {
+std::vector<std::string> data_files_of(const fs::path& file, const VolumeOptions& options,
+                                       const ReadLimits& limits) {
     using Names = std::vector<std::string>;
+    JailLimits jail = limits_of_header(file, limits.memory_bytes);
+    if (is_zarr_metadata(file))
+        jail.reads =
+            limits.roots.empty() ? std::vector{reading_root(file.parent_path())} : limits.roots;
     Result<Names> names = read_in_jail<Names>(
-        file, limits_of_header(file, limits.memory_bytes),
-        [&]() -> Result<Names> { return read_data_files_of(file, time, field, limits); });
+        file, jail, [&]() -> Result<Names> { return read_data_files_of(file, options, limits); });
     return names ? std::move(*names) : Names();
 }
 
 }  // namespace
 
-std::vector<fs::path> detached_data(const fs::path& file, std::optional<double> time,
-                                    const std::string& field) {
+std::vector<fs::path> detached_data(const fs::path& file, const VolumeOptions& options) {
     std::vector<fs::path> out;
-    for (const std::string& name : data_files_of(file, time, field, {}))
+    for (const std::string& name : data_files_of(file, options, {}))
         out.push_back(file.parent_path() / name);
     return out;
 }
@@ -288,8 +307,7 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
         if (files->size() > 1) text += "|" + file.filename().string();
     }
     if (files->size() == 1) {
-        for (const std::string& name :
-             data_files_of(files->front(), options.time, options.field, limits)) {
+        for (const std::string& name : data_files_of(files->front(), options, limits)) {
             // Opened and checked to be allowed before a byte of it is read.
             const Result<InputFile> data = open_data_file(files->front(), name, limits);
             if (!data)

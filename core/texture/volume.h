@@ -46,16 +46,16 @@ inline constexpr const char* kPrintManifest = "manifest.json";
 /// Lists the files that make up a volume: the named one, every file of a folder, or every file
 /// whose name matches a pattern: `*` matches anything, `#` a digit, `%d` and `%04d` a number. Of a medium
 /// with a list, and of a folder that holds only folders in which there is DICOM, it is all files below. Of a
-/// print in a folder it is kPrintManifest, first, and its slices, without what else is written beside them.
+/// print in a folder it is kPrintManifest, first, and its slices, without what else is written beside them. Of a store of
+/// Zarr it is the file that describes it.
 /// Slices are in the order of their names, with numbers in them compared by value, the first one at
 /// the bottom. Fails where there is none.
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);
 
 /// Lists the data files that `file` names if it is the header of a detached NRRD, NIfTI or MetaImage, or an
-/// XDMF file; of steps and series of them, those of the one that is read.
+/// XDMF file, or the metadata of a store of Zarr; of steps, series and levels, those of the one that the options choose.
 std::vector<std::filesystem::path> detached_data(const std::filesystem::path& file,
-                                                 std::optional<double> time,
-                                                 const std::string& field = {});
+                                                 const VolumeOptions& options);
 
 /// Hashes all bytes of the files, of its data files, the options and the version of the file
 /// format.

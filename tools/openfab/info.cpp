@@ -376,7 +376,9 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
     if (json && !mesh::is_mesh_file(file)) return usage_error(messages::kJsonIsForMeshes);
     std::error_code status;
     if (fs::is_directory(file, status)) {
-        if (zarr::is_store(file)) return info_of_store(file, *bytes);
+        if (zarr::is_store(file))
+            return fs::exists(fs::path(file) / "openfab", status) ? info_of_store(file, *bytes)
+                                                                  : list_texture(file, *bytes);
         const bool of_slices = fs::exists(fs::path(file) / "manifest.json", status);
         return of_slices || !is_volume_folder(file) ? info_of_folder(file)
                                                     : list_texture(file, *bytes);

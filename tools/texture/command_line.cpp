@@ -44,7 +44,7 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     app.add_flag("--opaque", options.opaque, "leave the picture's alpha out")->excludes(luminance);
     app.add_flag("--volume", job->is_volume,
                  "the image is a volume: slices in one file, a folder or a pattern; NRRD, NPY, "
-                 "NIfTI, MetaImage, .cube, .vti, "
+                 "NIfTI, MetaImage, Zarr, .cube, .vti, "
                  ".vtr, .vts, .vtu, .vtk, .xdmf");
     app.add_option("--origin", origin, "a volume's lowest corner in mm, X,Y,Z")
         ->delimiter(',')

@@ -15,6 +15,7 @@
 #include "base/text.h"
 #include "texture/meta_header.h"
 #include "texture/xdmf_grid.h"
+#include "texture/zarr_store.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/guarded.h"
 #include "tools/texture/hdf5_kind.h"
@@ -28,6 +29,7 @@
 #include "tools/texture/vtk_file.h"
 #include "tools/texture/write_volume.h"
 #include "tools/texture/xdmf_reader.h"
+#include "tools/texture/zarr_volume.h"
 
 namespace openfab::tools {
 
@@ -202,12 +204,23 @@ MadeReader of_plain_numbers(MadeReader reader) {
     return reader;
 }
 
+/// A store of Zarr. All of a print by OpenFab is read by its list of shards: only that tells void from what is missing.
+MadeReader open_store(const fs::path& file, const texture::VolumeOptions& options,
+                      const texture::ReadLimits& limits) {
+    Result<texture::ZarrVolume> volume = texture::read_zarr_store(file, options, limits);
+    if (!volume) return volume.error();
+    if (volume->print && options.field.empty() && options.pitch_mm == 0)
+        return of_plain_numbers(open_print(file.parent_path(), limits));
+    return open_zarr(file, std::move(*volume), limits);
+}
+
 /// By signature; only colour tables are recognized by their names.
 MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
                     const texture::ReadLimits& limits) {
     if (files[0].filename() == texture::kPrintManifest)
         return of_plain_numbers(open_print(files[0].parent_path(), limits));
     if (files.size() != 1) return open_slices(files, options, limits);
+    if (texture::is_zarr_metadata(files[0])) return open_store(files[0], options, limits);
     const Result<InputFile> file = InputFile::open(files[0]);
     if (!file) return file.error();
     std::array<char, 256> head{};

@@ -385,4 +385,23 @@ OPENFAB_MESSAGE(kXdmfCellTypeNotSampled, "cell {} is of XDMF's type {:g}; tetrah
 OPENFAB_MESSAGE(kTopologyTooLong, "its topology has more numbers than its cells take")
 OPENFAB_MESSAGE(kItsPoints, "its points")
 
+// zarr_chunks
+OPENFAB_MESSAGE(kZarrFileTooLarge, "it has {} bytes, far more than the {} of a chunk")
+OPENFAB_MESSAGE(kZarrOfFile, "`{}`: ")
+OPENFAB_MESSAGE(kZarrOfChunk, "chunk {} of its shard: ")
+OPENFAB_MESSAGE(kZarrChunkSize, "it decodes to {} bytes instead of {}")
+OPENFAB_MESSAGE(kZarrChunkDamaged, "its {} is damaged, cut short, or of more bytes than a chunk has")
+OPENFAB_MESSAGE(kZarrChecksum, "its CRC-32C is wrong: it was damaged")
+OPENFAB_MESSAGE(kZarrNoBlosc, "its chunks are compressed by Blosc, and this OpenFab was built without it")
+OPENFAB_MESSAGE(kZarrNoBloscHelp, "run `scripts/setup --blosc` and build again, or copy the store with zstd or gzip")
+OPENFAB_MESSAGE(kZarrBloscOf, "Blosc of {}")
+OPENFAB_MESSAGE(kZarrShardShort, "it has {} bytes, fewer than its index of {}")
+OPENFAB_MESSAGE(kZarrIndexChecksum, "the CRC-32C of its index is wrong: it was damaged")
+OPENFAB_MESSAGE(kZarrIndexLies, "its index says that chunk {} has {} bytes from {}, which is not within its {}")
+
+// zarr_volume
+OPENFAB_MESSAGE(kZarrNoChunks, "none of its chunks is there, so all of it has the fill value; is the store whole?")
+OPENFAB_MESSAGE(kZarrNoUnit, "it names no unit of its lengths, which are taken as millimetres; `unit` says another")
+OPENFAB_MESSAGE(kZarrTooLarge, "{}; of its {} levels the one with texels of {:g} mm is read, of up to {:g} mm there are: `pitch_mm` takes a coarser one")
+
 }  // namespace openfab::tools::messages

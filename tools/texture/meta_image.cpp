@@ -14,6 +14,7 @@
 #include "base/scan_number.h"
 #include "texture/data_files.h"
 #include "texture/meta_header.h"
+#include "texture/named_length.h"
 #include "texture/nrrd_header.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/placed_grid.h"
@@ -125,7 +126,7 @@ Result<GridFrame> frame_of(const MetaHeader& header, double unit) {
 Result<double> header_unit_mm(const MetaHeader& header, const texture::VolumeOptions& options) {
     const std::string name = header.field("DistanceUnits");
     if (!options.unit.empty() || name.empty() || name == "?") return unit_mm(options);
-    const std::optional<double> mm = named_length_mm(name);
+    const std::optional<double> mm = texture::named_length_mm(name);
     if (mm) return *mm;
     return user_error(fmt::format(messages::kUnknownUnit, name), messages::kUnknownUnitHelp);
 }

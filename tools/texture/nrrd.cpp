@@ -18,6 +18,7 @@
 #include "base/input_file.h"
 #include "base/text.h"
 #include "texture/data_files.h"
+#include "texture/named_length.h"
 #include "texture/nrrd_header.h"
 #include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
@@ -254,7 +255,7 @@ Result<double> header_unit_mm(const texture::NrrdHeader& header,
         unit = name;
     }
     if (unit.empty()) return 1.0;
-    if (const std::optional<double> known = named_length_mm(unit)) return *known;
+    if (const std::optional<double> known = texture::named_length_mm(unit)) return *known;
     return user_error(fmt::format(messages::kUnknownUnit, unit), messages::kUnknownUnitHelp);
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/scan_number.h"
 #include "base/xml.h"
+#include "texture/named_length.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/tiff_series.h"
@@ -92,7 +93,7 @@ class OmeReader final : public XmlHandler {
             std::string unit = text_of(attributes, (name + "Unit").c_str());
             if (unit.empty()) unit = "\u00b5m";
             double value = 0;
-            const std::optional<double> mm = named_length_mm(unit);
+            const std::optional<double> mm = texture::named_length_mm(unit);
             if (!mm) unknown_unit = unit;
             if (mm && a == 0) unit_mm = *mm;
             if (mm && scan_number(text_of(attributes, name.c_str()), &value).empty())

@@ -30,9 +30,6 @@ bool is_along_axes(const GridFrame& frame, const Vec3i& size);
 /// The size in mm of one of the options' unit; 1 where they name none.
 double unit_mm(const texture::VolumeOptions& options);
 
-/// The size in mm of a unit by its sign or its name, as writers of files spell it; nothing for any other.
-std::optional<double> named_length_mm(const std::string& name);
-
 /// The box of texels that a resampled volume has.
 struct ResampledBox {
     Vec3d origin;  ///< lowest corner

@@ -13,6 +13,7 @@
 #include "backends/ofr/format.h"
 #include "backends/read/folder_print.h"
 #include "backends/read/gcvf_print.h"
+#include "texture/zarr_store.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -115,7 +116,8 @@ bool is_print(const fs::path& file, std::string_view begin) {
 MadeReader open_print(const fs::path& path, const texture::ReadLimits& limits) {
     std::unique_ptr<prints::PrintFile> print;
     std::error_code ignored;
-    if (fs::is_directory(path.empty() ? "." : path, ignored)) {
+    const bool is_store = !texture::zarr_metadata(path.empty() ? "." : path).empty();
+    if (!is_store && fs::is_directory(path.empty() ? "." : path, ignored)) {
         Result<std::unique_ptr<prints::FolderPrint>> folder =
             prints::FolderPrint::open(path.empty() ? "." : path.string(), limits.memory_bytes);
         if (!folder) return folder.error();

@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/texture/tiff_series.h"
+#include "texture/named_length.h"
 
 #include <fmt/format.h>
 
@@ -54,7 +55,7 @@ double real(const Lines& lines, const char* key, double otherwise) {
 void set_imagej_spacing(const Lines& lines, const TiffDirectory& first, TiffSeries* series) {
     const auto unit = lines.find("unit");
     if (unit == lines.end() || unit->second == "pixel" || unit->second == "pixels") return;
-    const std::optional<double> mm = named_length_mm(unit->second);
+    const std::optional<double> mm = texture::named_length_mm(unit->second);
     if (!mm) {
         series->notes.push_back(fmt::format(messages::kTiffUnitUnknown, unit->second));
         return;

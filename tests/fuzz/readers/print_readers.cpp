@@ -101,6 +101,31 @@ bool slices(std::string_view bytes) {
     return slices_seen((folder() / "slices").string()) > 0 && is_volume;
 }
 
+/// A store of Zarr as a volume: the text of its array, of version 2 where it has a `dtype`, and its first chunk or shard.
+bool zarr_array(std::string_view bytes) {
+    constexpr std::string_view kChunk = "\n--- chunk ---\n";
+    const size_t end = std::min(bytes.find(kChunk), bytes.size());
+    const std::string_view text = bytes.substr(0, end);
+    const std::string_view chunk = bytes.substr(std::min(end + kChunk.size(), bytes.size()));
+    const std::filesystem::path store = folder() / "array.zarr";
+    std::filesystem::remove_all(store);
+    std::filesystem::create_directories(store / "c/0/0");
+    written(text.find("\"dtype\"") != std::string_view::npos ? "array.zarr/.zarray"
+                                                             : "array.zarr/zarr.json",
+            text);
+    if (end < bytes.size()) {
+        for (const char* name : {"c/0/0/0", "0.0.0", "c.0.0.0"})
+            written("array.zarr/" + std::string(name), chunk);
+    }
+    const std::filesystem::path out = folder() / "out.oftx";
+    texture::ReadLimits limits;
+    limits.memory_bytes = kReaderBytes;
+    if (!answered(tools::make_volume_file(store, out, texture::VolumeOptions{}, limits)))
+        return false;
+    if (!open_pyramid(out)) std::abort();
+    return true;
+}
+
 /// A store of Zarr, of one slab: the text of its group, a list of shards, and the shard of the finest level. The list is
 /// read; that the shard is the one of the store's own list is made so.
 bool zarr_store(std::string_view bytes) {

@@ -21,6 +21,7 @@ bool open_pyramid(const std::filesystem::path& file);
 bool ofr(std::string_view bytes);
 bool gcvf(std::string_view bytes);
 bool slices(std::string_view bytes);
+bool zarr_array(std::string_view bytes);
 bool zarr_store(std::string_view bytes);
 
 }  // namespace openfab::testing

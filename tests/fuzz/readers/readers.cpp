@@ -340,6 +340,7 @@ constexpr Reader kReaders[] = {
     {"gcvf", false, gcvf},
     {"slices", true, slices},
     {"zarr", true, zarr_store, seal_store},
+    {"zarray", true, zarr_array},
     {"oftx", false, oftx, seal_pyramid},
     {"stream", false, messages, seal_messages},
     {"png", false, picture<kPng>},

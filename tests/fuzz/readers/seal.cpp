@@ -11,10 +11,10 @@
 
 #include "backends/ofr/format.h"
 #include "backends/stream/message.h"
-#include "backends/zarr/crc32c.h"
 #include "backends/zarr/layout.h"
 #include "backends/zarr/shard_list.h"
 #include "backends/zarr/store.h"
+#include "base/crc32c.h"
 #include "base/hash.h"
 
 namespace openfab::testing {
@@ -95,7 +95,7 @@ void seal_store(std::string* bytes) {
     if (bytes->size() < from + index + 4) return;
     const auto* const raw =
         reinterpret_cast<const uint8_t*>(bytes->data()) + bytes->size() - 4 - index;
-    const uint32_t sum = zarr::crc32c({raw, index});
+    const uint32_t sum = crc32c({raw, index});
     std::memcpy(bytes->data() + bytes->size() - 4, &sum, sizeof sum);
 }
 

@@ -16,13 +16,13 @@
 #include "backends/common/messages.h"
 #include "backends/read/print_file.h"
 #include "backends/zarr/coarser.h"
-#include "backends/zarr/crc32c.h"
 #include "backends/zarr/layout.h"
 #include "backends/zarr/messages.h"
 #include "backends/zarr/shard.h"
 #include "backends/zarr/store.h"
 #include "backends/zarr/whole_store.h"
 #include "backends/zarr/zarr_sink.h"
+#include "base/crc32c.h"
 #include "runtime/pipeline/print_hash.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -227,12 +227,12 @@ TEST(ZarrLevels, RowsOfAnyWidthAreHalvedByCounting) {
 TEST(ZarrShard, CrcIsThatOfTheStandard) {
     // RFC 3720, B.4: 32 bytes of zeros, of ones, and ascending.
     std::vector<uint8_t> bytes(32, 0);
-    EXPECT_EQ(zarr::crc32c(bytes), 0x8a9136aaU);
+    EXPECT_EQ(crc32c(bytes), 0x8a9136aaU);
     std::fill(bytes.begin(), bytes.end(), uint8_t{0xff});
-    EXPECT_EQ(zarr::crc32c(bytes), 0x62a8ab43U);
+    EXPECT_EQ(crc32c(bytes), 0x62a8ab43U);
     for (size_t i = 0; i < bytes.size(); ++i)
         bytes[i] = static_cast<uint8_t>(i);
-    EXPECT_EQ(zarr::crc32c(bytes), 0x46dd794eU);
+    EXPECT_EQ(crc32c(bytes), 0x46dd794eU);
 }
 
 TEST_F(Zarr, VoidShardsHaveNoFile) {

@@ -119,7 +119,7 @@ TEST_F(XdmfTest, TheStepOfATimeIsRead) {
     const auto path = folder_.write("m.xdmf", file(grid(two, steps)));
     const auto names = [&](std::optional<double> time) {
         std::vector<std::string> out;
-        for (const auto& data : texture::detached_data(path, time))
+        for (const auto& data : texture::detached_data(path, {.time = time}))
             out.push_back(data.filename().string());
         return out;
     };
@@ -180,7 +180,7 @@ TEST_F(XdmfTest, SolversWriteASeriesOfStepsForEachFunction) {
             EXPECT_EQ(value(), wanted) << name << shared;
             options.time = 0.5;
             EXPECT_EQ(value(), wanted + 1) << name << shared;
-            EXPECT_EQ(texture::detached_data(path, 0.5, name).size(), 3U);
+            EXPECT_EQ(texture::detached_data(path, {.field = name, .time = 0.5}).size(), 3U);
             wanted += 10;
         }
         options.field = "w";

@@ -394,6 +394,29 @@ TEST_F(WorldTest, DataOfADetachedVolumeAreFilesOfTheWorld) {
     EXPECT_EQ(world->roots, std::vector{without_links(folder_.path())});
 }
 
+TEST_F(WorldTest, ChunksOfTheArrayThatIsReadAreFilesOfTheWorld) {
+    const std::string array =
+        R"({"zarr_format": 2, "shape": [1, 1, 2], "chunks": [1, 1, 1], "dtype": "|u1", "order": "C", "fill_value": 0, "compressor": null, "filters": null})";
+    for (const char* name : {"a", "b"})
+        std::filesystem::create_directories(folder_.path() / "s.zarr" / name);
+    folder_.write("s.zarr/.zgroup", R"({"zarr_format": 2})");
+    for (const char* name : {"a", "b"}) {
+        folder_.write(fmt::format("s.zarr/{}/.zarray", name), array);
+        folder_.write(fmt::format("s.zarr/{}/0.0.0", name), "x");
+    }
+    std::string text = kWorld;
+    const size_t at = text.find("photo.png");
+    const Result<World> world = load(text.replace(at, 9, R"(s.zarr", "field": "b)"));
+    ASSERT_TRUE(world) << world.error().text();
+    std::vector<std::string> names;
+    for (const std::filesystem::path& file : world->files) {
+        if (is_below(file, folder_.path() / "s.zarr"))
+            names.push_back(std::filesystem::relative(file, folder_.path()).string());
+    }
+    EXPECT_EQ(names,
+              (std::vector<std::string>{"s.zarr/.zgroup", "s.zarr/b/.zarray", "s.zarr/b/0.0.0"}));
+}
+
 TEST_F(WorldTest, DataOfXdmfAreFilesOfTheWorld) {
     const auto with = [](const std::string& name) {
         return "<Xdmf><Domain><Grid><Attribute><DataItem Dimensions=\"1\" Format=\"Binary\">" +

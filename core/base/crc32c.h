@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// CRC-32C (Castagnoli, RFC 3720), as Zarr has it behind the index of a shard. By a table: an index has 16 bytes for
+// CRC-32C (Castagnoli, RFC 3720), as Zarr has it behind the index of a shard and behind chunks. By a table: an index has 16 bytes for
 // the 128 KiB of a chunk.
 
 #include <array>
 #include <cstdint>
 #include <span>
 
-namespace openfab::zarr {
+namespace openfab {
 
 namespace detail {
 
@@ -36,4 +36,4 @@ inline uint32_t crc32c(std::span<const uint8_t> bytes) {
     return ~rest;
 }
 
-}  // namespace openfab::zarr
+}  // namespace openfab
