@@ -164,6 +164,12 @@ class Fitter {
         for (size_t g = 0; g < goal_moves.size(); ++g) {
             const Goal& goal = out_.goals.goals[g];
             if (goal_moves[g] || std::abs(goal.wanted.beyond((*first)[g])) <= 1) continue;
+            if (values_->is_always_empty(goal)) {
+                const Box3d print = values_->extent_mm();
+                return error_at(goal.location, fmt::format(messages::kNothingInBox, goal.name),
+                                fmt::format(messages::kNothingInBoxHelp, print.lo.x, print.lo.y,
+                                            print.lo.z, print.hi.x, print.hi.y, print.hi.z));
+            }
             return error_at(
                 goal.location,
                 fmt::format(messages::kGoalMovesNot, goal.name, (*first)[g], unit_of(goal)),

@@ -36,6 +36,15 @@ std::string curve_text(const world::Curve& curve, std::span<const double> values
                        curve.interpolation ? fmt::format(", \"interpolation\": \"{}\"", how) : "");
 }
 
+/// Says with which values of the unknowns a print was none.
+Error with_settings(Error error, const std::vector<std::string>& settings) {
+    if (error.code != ErrorCode::kUserInput) return error;
+    error.message.insert(0, fmt::format(messages::kWithSettings, fmt::join(settings, "`, `")));
+    if (!error.help.empty()) error.help += "; ";
+    error.help += messages::kWithSettingsHelp;
+    return error;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<PrintValues>> PrintValues::create(const program::Options& print,
@@ -62,6 +71,7 @@ Result<void> PrintValues::set_up(const driver::ScheduleOptions& schedules,
     Result<Goals> read = read_goals(goals, *world, program_->fablets(), print_.settings);
     if (!read) return read.error();
     goals_ = std::move(*read);
+    filled_.assign(goals_.regions.size(), false);
     size_t choices = 1;
     for (const Unknown& unknown : goals_.unknowns) {
         if (unknown.is_discrete()) choices *= unknown.choices.size();
@@ -99,6 +109,14 @@ Result<void> PrintValues::set_up(const driver::ScheduleOptions& schedules,
     return {};
 }
 
+Box3d PrintValues::extent_mm() const {
+    const pipeline::PrintInfo& info = kept_->info(program::SumPitch::kPrinter);
+    Box3d out{info.origin_mm, info.origin_mm};
+    for (int axis = 0; axis < 3; ++axis)
+        out.hi[axis] += info.size[axis] * info.pitch_mm[axis];
+    return out;
+}
+
 double PrintValues::search_pitch() const {
     return kept_->info(program::SumPitch::kCoarse).pitch_mm.x /
            kept_->info(program::SumPitch::kPrinter).pitch_mm.x;
@@ -120,9 +138,13 @@ Result<std::vector<program::RegionSums>> PrintValues::amounts(
             asked.push_back(goals_.regions[r].voxels);
         program::KeptPrint& print = object.empty() ? *kept_ : *objects_.at(object);
         auto sums = print.sums(settings, asked, pitch, printed);
-        if (!sums) return sums.error();
-        for (size_t k = 0; k < regions.size(); ++k)
+        if (!sums) return with_settings(sums.error(), settings);
+        for (size_t k = 0; k < regions.size(); ++k) {
             out[regions[k]] = std::move((*sums)[k]);
+            const std::vector<double>& ml = out[regions[k]].mixed_ml;
+            if (std::ranges::any_of(ml, [](double one) { return one > 0; }))
+                filled_[regions[k]] = true;
+        }
     }
     return out;
 }

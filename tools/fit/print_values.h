@@ -58,6 +58,13 @@ class PrintValues {
     /// nothing.
     Result<std::vector<double>> searched(const std::vector<double>& unknowns);
 
+    /// Whether a goal is about voxels of which none has ever held anything.
+    bool is_always_empty(const Goal& goal) const {
+        return goal.is_amount() && !filled_[goal.region];
+    }
+    /// Returns where the print is, in mm.
+    Box3d extent_mm() const;
+
     /// Whether goals have slopes: many unknowns of floats, amounts alone, fablets without jumps.
     bool has_slopes() const { return slopes_ != nullptr; }
     /// Returns the derivatives of these values by the unknowns without choices, each over its range: [goal][unknown].
@@ -104,6 +111,7 @@ class PrintValues {
         std::vector<double> scales;    ///< by column
     };
     std::unique_ptr<Slopes> slopes_;  ///< null: there are none
+    std::vector<bool> filled_;        ///< by region
     std::map<std::vector<double>, std::vector<double>> known_;
     std::vector<Trial> history_;
 };

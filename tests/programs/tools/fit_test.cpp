@@ -308,6 +308,19 @@ TEST_F(FitTest, AShapeIsSetUpAgain) {
     const double radius = std::cbrt(200 * 3 / (4 * std::numbers::pi));
     EXPECT_NEAR(unknown(found, "thing.r"), radius, 2e-3 * radius);
     EXPECT_NEAR(goal(found, "printed"), 0.2, 1e-3 * 0.2);
+
+    // Of which there is nothing at a bound; and nothing beside the print.
+    write_goals(R"("thing.r": {"min": 0, "max": 5})", R"({"volume_ml": "light", "equal": 0.2})");
+    last_ = openfab({"fit", path("w.fab.json"), path("goals.json")});
+    EXPECT_EQ(last_.exit_code, 1);
+    EXPECT_THAT(last_.err, HasSubstr("with `thing.r=0`: the shape `Ball`"));
+    EXPECT_THAT(last_.err, HasSubstr(fit::messages::kWithSettingsHelp));
+    write_goals(R"("thing.r": {"min": 1, "max": 5})",
+                R"({"volume_ml": "light", "equal": 0.2, "box_mm": [[20, 20, 20], [30, 30, 30]]})");
+    last_ = openfab({"fit", path("w.fab.json"), path("goals.json")});
+    EXPECT_EQ(last_.exit_code, 1);
+    EXPECT_THAT(last_.err, Says(fit::messages::kNothingInBox, "volume of light in the box"));
+    EXPECT_THAT(last_.err, HasSubstr("the print spans [[-"));
 }
 
 TEST_F(FitTest, ThreadsChangeNothing) {
