@@ -39,11 +39,12 @@ float with_sign(float distance, bool inside) {
 }  // namespace
 
 void PointQueries::begin(const PlacedPart& part, const int32_t* corners, const uint8_t* owned,
-                         const std::atomic<bool>* stop) {
+                         openfab_isa isa, const std::atomic<bool>* stop) {
     part_ = &part;
     corners_ = corners;
     owned_ = owned;
     stop_ = stop;
+    walk_ = walk_kernels(isa);
     values_.resize(static_cast<size_t>(part.nearest.floats()));
     flat_.resize(static_cast<size_t>(part.nearest.ints()));
 }
@@ -261,22 +262,23 @@ bool PointQueries::sample(std::span<const Vec3f> points, float* own, float* obje
     return true;
 }
 
-/// Reads from the shared lattice, and where that is full, from one of this thread. False: the print is to stop.
-bool PointQueries::read(WalkLattice* lattice, std::span<WalkLattice::Point> points) {
+/// Reads for a lane from the shared lattice, and where that is full, from one of this thread. False: the print is to stop.
+bool PointQueries::read(WalkLattice* lattice, WalkLanes* lanes, size_t lane) {
     using Outcome = WalkLattice::Outcome;
-    lattice->read(points, this);
-    for (WalkLattice::Point& point : points) {
-        if (point.outcome == Outcome::kFull) {
-            if (spare_ == nullptr) spare_ = lattice->another(kSpareBytes);
-            spare_->read({&point, 1}, this);
-        }
-        if (point.outcome == Outcome::kFull) {
-            spare_->clear();
-            spare_->read({&point, 1}, this);
-        }
-        if (point.outcome == Outcome::kStopped) return false;
+    const Vec3f p = lanes->asked(lane);
+    const float stop = lanes->stop[lane];
+    WalkField field;
+    Outcome outcome = lattice->read(p, stop, this, &field);
+    if (outcome == Outcome::kFull) {
+        if (spare_ == nullptr) spare_ = lattice->another(kSpareBytes);
+        outcome = spare_->read(p, stop, this, &field);
     }
-    return true;
+    if (outcome == Outcome::kFull) {
+        spare_->clear();
+        outcome = spare_->read(p, stop, this, &field);
+    }
+    if (outcome == Outcome::kRead) lanes->know(lane, field);
+    return outcome != Outcome::kStopped;
 }
 
 abi::KernelStatus PointQueries::answer_walk(const openfab_query& query,
@@ -286,51 +288,52 @@ abi::KernelStatus PointQueries::answer_walk(const openfab_query& query,
     if (spare_of_ != lattice) spare_ = nullptr;
     spare_of_ = lattice;
     walked_ = points_;  // which the lattice's queries overwrite
-    const auto write = [&](size_t lane, const WalkEnd& end) {
-        const int32_t at = kLanes * groups_[lane / kLanes] + static_cast<int32_t>(lane % kLanes);
+    const size_t count = kLanes * groups_.size();
+    const auto write = [&](size_t point, const Vec3f& end, bool on_object) {
+        const int32_t at = kLanes * groups_[point / kLanes] + static_cast<int32_t>(point % kLanes);
         for (int32_t i = 0; i < query.output_count; ++i) {
             const openfab_query_output& out = query.outputs[i];
             states[out.state][at] = out.kind == OPENFAB_QUERY_END
-                                        ? std::bit_cast<uint32_t>(end.at[out.b])
-                                        : (end.on_object ? 1u : 0u);
+                                        ? std::bit_cast<uint32_t>(end[out.b])
+                                        : (on_object ? 1u : 0u);
         }
     };
-    // As many walks at once as are read together; where one ends, the next one begins.
-    std::array<Walk, WalkLattice::kMostPoints> walks;
-    std::array<size_t, WalkLattice::kMostPoints> lanes{};
-    std::array<WalkLattice::Point, WalkLattice::kMostPoints> points;
-    size_t next = 0, open = 0;
-    while (true) {
-        for (; open < walks.size() && next < kLanes * groups_.size(); ++next) {
+    // Where a walk ends, the next one begins.
+    WalkLanes lanes;
+    std::array<size_t, WalkLanes::kCount> points{};
+    size_t next = 0;
+    uint32_t used = 0;
+    const auto begin = [&](uint32_t lane) {
+        for (; next < count; ++next) {
             const PointPacket& packet = walked_[next / kLanes];
             const size_t l = next % kLanes;
             if (!packet.asks(l)) {
-                write(next, {});
+                write(next, {}, false);
                 continue;
             }
             const size_t at = kLanes * static_cast<size_t>(groups_[next / kLanes]) + l;
-            walks[open] = Walk(packet.point(l), std::bit_cast<float>(states[query.stop][at]),
-                               static_cast<int32_t>(states[query.seed][at]));
-            lanes[open++] = next;
+            lanes.begin(lane, packet.point(l), std::bit_cast<float>(states[query.stop][at]),
+                        static_cast<int32_t>(states[query.seed][at]));
+            points[lane] = next++;
+            used |= 1u << lane;
+            return;
         }
-        if (open == 0) return {};
-        for (size_t k = 0; k < open; ++k) {
-            points[k].p = walks[k].asks();
-            points[k].stop = walks[k].stop();
+    };
+    for (uint32_t lane = 0; lane < WalkLanes::kCount; ++lane)
+        begin(lane);
+    while (used != 0) {
+        for (uint32_t left = walk_.read(lattice->cells(), &lanes); left != 0; left &= left - 1) {
+            if (!read(lattice, &lanes, static_cast<size_t>(std::countr_zero(left))))
+                return abi::KernelStatus::stopped();
         }
-        if (!read(lattice, std::span(points).first(open))) return abi::KernelStatus::stopped();
-        size_t still = 0;
-        for (size_t k = 0; k < open; ++k) {
-            walks[k].take(points[k].outcome == WalkLattice::Outcome::kRead, points[k].field);
-            if (!walks[k].under_way()) {
-                write(lanes[k], walks[k].result());
-                continue;
-            }
-            if (still != k) walks[still] = walks[k];
-            lanes[still++] = lanes[k];
+        for (uint32_t left = walk_.take(&lanes) & used; left != 0; left &= left - 1) {
+            const auto lane = static_cast<uint32_t>(std::countr_zero(left));
+            write(points[lane], lanes.end(lane), lanes.on_object[lane] != 0);
+            used &= ~(1u << lane);
+            begin(lane);
         }
-        open = still;
     }
+    return {};
 }
 
 }  // namespace openfab::volume

@@ -28,9 +28,9 @@ class PointQueries : private WalkSampler {
 
     /// Begins a batch of blocks: `corners` are 3 part-relative voxel indices and `owned` 64 bytes
     /// each (bit z of byte y * 8 + x); both must outlive the batch. Voxels that are not owned get 0
-    /// without a query. Once `stop` is set, `answer` ends early, stopped; null: never.
+    /// without a query. `isa`: the best set of walks. Once `stop` is set, `answer` ends early, stopped; null: never.
     void begin(const PlacedPart& part, const int32_t* corners, const uint8_t* owned,
-               const std::atomic<bool>* stop = nullptr);
+               openfab_isa isa, const std::atomic<bool>* stop = nullptr);
 
     /// segments::Handler::query for the batch: group (block * 8 + y) * 8 + x.
     ///
@@ -56,7 +56,7 @@ class PointQueries : private WalkSampler {
     /// Finds the least signed distance of points_ over the placements of an object: into least_.
     abi::KernelStatus find_least(int32_t object, bool scattered);
     abi::KernelStatus answer_walk(const openfab_query& query, const segments::States& states);
-    bool read(WalkLattice* lattice, std::span<WalkLattice::Point> points);
+    bool read(WalkLattice* lattice, WalkLanes* lanes, size_t lane);
     bool sample(std::span<const Vec3f> points, float* own, float* object) override;
     void write_surface(const openfab_query& query, int32_t group, const segments::States& states,
                        const nearest::PointAnswer& answer);
@@ -74,6 +74,7 @@ class PointQueries : private WalkSampler {
     std::vector<std::array<float, segments::kLanes>> least_;
     std::vector<float*> values_;
     std::vector<uint32_t*> flat_;
+    WalkKernels walk_{};
     int32_t walks_to_ = -1;               ///< the object of the walks
     std::unique_ptr<WalkLattice> spare_;  ///< of cells that another lattice has no room for
     const WalkLattice* spare_of_ = nullptr;

@@ -47,7 +47,7 @@ abi::KernelStatus VolumeSegments::run(const PlacedPart& part, openfab_isa isa,
     corners_ = corners;
     count_ = n;
     buffers_used_ = 0;
-    queries_.begin(part, corners, owned, stop);
+    queries_.begin(part, corners, owned, isa, stop);
     const abi::KernelStatus status =
         driver_.run(part.part->fablet->volume_segments, isa,
                     {owned, static_cast<size_t>(kBlockGroups * n)}, this, this, stop);

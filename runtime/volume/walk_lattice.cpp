@@ -4,22 +4,16 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "base/infinity.h"
 
 namespace openfab::volume {
 
-struct alignas(64) WalkLattice::Kept {
-    float miss = 0, side = 0;
-    std::array<Slot, 8> eighths{};
-    WalkNodes own{}, object{};
-    float over = 0;
-    bool settled = false;  ///< its nodes are not what was asked
-};
-
 WalkLattice::WalkLattice(const Box3f& box, bool with_object, size_t bytes)
     : with_object_(with_object), most_bytes_(bytes), box_(box), grid_(box) {
     roots_ = std::make_unique<Slot[]>(root_count());
+    cells_ = {grid_.origin(), grid_.per_unit(), grid_.count(), roots_.get(), with_object};
 }
 
 WalkLattice::~WalkLattice() {
@@ -34,13 +28,13 @@ size_t WalkLattice::root_count() const {
 void WalkLattice::release(Kept* kept) {
     if (kept == nullptr) return;
     const std::unique_ptr<Kept> owned(kept);
-    for (Slot& slot : kept->eighths)
-        release(slot.load());
+    for (Kept* eighth : kept->eighths)
+        release(eighth);
 }
 
 void WalkLattice::clear() {
     for (size_t k = 0; k < root_count(); ++k)
-        release(roots_[k].exchange(nullptr));
+        release(std::exchange(roots_[k], nullptr));
     taken_ = 0;
     full_ = false;
 }
@@ -88,7 +82,7 @@ bool WalkLattice::compute(const WalkCell& cell, const Kept* around, size_t octan
     out->settled = walk_settle(&out->own, out->side);
     if (with_object_) out->settled = walk_settle(&out->object, out->side) || out->settled;
     const WalkErrors errors = walk_errors(out->own, out->object, out->side);
-    out->miss = errors.miss;
+    out->reads_from = walk_reads_from(out->side, errors.miss);
     out->over = errors.over;
     return true;
 }
@@ -106,76 +100,37 @@ WalkLattice::Kept* WalkLattice::make(Slot* slot, const WalkCell& cell, const Kep
     if (!compute(cell, around, octant, sampler, made.get())) return nullptr;
     const std::lock_guard lock(making_);
     // Another thread may have been quicker.
-    if (Kept* kept = slot->load(std::memory_order_relaxed); kept != nullptr) return kept;
+    if (*slot != nullptr) return *slot;
     *outcome = Outcome::kFull;
     if (!take(sizeof(Kept))) return nullptr;
-    slot->store(made.get(), std::memory_order_release);
+    __atomic_store_n(slot, made.get(), __ATOMIC_RELEASE);
     return made.release();
 }
 
-/// Goes down one level in all points, then the next: cells that are not in a cache come while others are looked at.
-void WalkLattice::read(std::span<Point> points, WalkSampler* sampler) {
-    struct Way {
-        WalkPlace at;
-        WalkCell cell;
-        Slot* slot;
-        Kept* kept;
-        const Kept* around;
-        size_t octant;
-    };
-    std::array<Way, kMostPoints> ways;
-    std::array<size_t, kMostPoints> open{};
-    size_t left = 0;
+WalkLattice::Outcome WalkLattice::read(const Vec3f& p, float stop, WalkSampler* sampler,
+                                       WalkField* out) {
+    WalkPlace at;
+    if (!grid_.find(p, &at)) return Outcome::kOutside;
     const auto& count = grid_.count();
-    for (size_t k = 0; k < points.size(); ++k) {
-        Way& way = ways[k];
-        way.kept = nullptr;
-        points[k].outcome = Outcome::kOutside;
-        if (!grid_.find(points[k].p, &way.at)) continue;
-        const auto root = [&](size_t a) { return size_t{way.at[a] >> kWalkUnitBits}; };
-        way.cell = walk_root(way.at);
-        way.slot = &roots_[(root(2) * count[1] + root(1)) * count[0] + root(0)];
-        way.around = nullptr;
-        way.octant = 0;
-        open[left++] = k;
-    }
-    while (left > 0) {
-        for (size_t i = 0; i < left; ++i) {
-            Way& way = ways[open[i]];
-            way.kept = way.slot->load(std::memory_order_acquire);
-            __builtin_prefetch(way.kept);
+    const auto root = [&](size_t a) { return size_t{at[a] >> kWalkUnitBits}; };
+    Slot* slot = &roots_[(root(2) * count[1] + root(1)) * count[0] + root(0)];
+    WalkCell cell = walk_root(at);
+    const Kept* around = nullptr;
+    size_t octant = 0;
+    while (true) {
+        Kept* kept = __atomic_load_n(slot, __ATOMIC_ACQUIRE);
+        Outcome outcome = Outcome::kRead;
+        if (kept == nullptr) kept = make(slot, cell, around, octant, sampler, &outcome);
+        if (kept == nullptr) return outcome;
+        octant = walk_octant(cell, at);
+        if (stop >= kept->reads_from || cell.bits <= 2) {
+            out->over = kept->over;
+            walk_read(kept->own, kept->object, cell, kept->side, at, with_object_, out);
+            return Outcome::kRead;
         }
-        size_t still = 0;
-        for (size_t i = 0; i < left; ++i) {
-            Way& way = ways[open[i]];
-            Point& point = points[open[i]];
-            if (way.kept == nullptr)
-                way.kept =
-                    make(way.slot, way.cell, way.around, way.octant, sampler, &point.outcome);
-            if (way.kept == nullptr) continue;
-            const size_t octant = walk_octant(way.cell, way.at);
-            if (walk_reads(way.kept->side, way.cell.bits, way.kept->miss, point.stop)) {
-                point.outcome = Outcome::kRead;
-                __builtin_prefetch(&way.kept->own[octant]);
-                __builtin_prefetch(&way.kept->own[octant + 13]);
-                __builtin_prefetch(&way.kept->object[octant]);
-                __builtin_prefetch(&way.kept->object[octant + 13]);
-                continue;
-            }
-            way.slot = &way.kept->eighths[octant];
-            way.around = way.kept;
-            way.octant = octant;
-            way.cell = walk_child(way.cell, octant);
-            open[still++] = open[i];
-        }
-        left = still;
-    }
-    for (size_t k = 0; k < points.size(); ++k) {
-        const Way& way = ways[k];
-        if (points[k].outcome != Outcome::kRead) continue;
-        points[k].field.over = way.kept->over;
-        walk_read(way.kept->own, way.kept->object, way.cell, way.kept->side, way.at, with_object_,
-                  &points[k].field);
+        slot = &kept->eighths[octant];
+        around = kept;
+        cell = walk_child(cell, octant);
     }
 }
 

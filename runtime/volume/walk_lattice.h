@@ -6,16 +6,14 @@
 // stay. Threads share it. A cell is a pure function of its place, so it does not matter who makes it, or whether it is
 // kept.
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <span>
-#include <vector>
 
 #include "base/vec.h"
-#include "runtime/volume/walk.h"
+#include "runtime/volume/walk_lanes.h"
 
 namespace openfab::volume {
 
@@ -35,16 +33,10 @@ class WalkLattice {
     WalkLattice& operator=(const WalkLattice&) = delete;
 
     enum class Outcome : uint8_t { kRead, kOutside, kFull, kStopped };
-    /// Points that are read together, which wait for memory together.
-    static constexpr size_t kMostPoints = 16;
-    struct Point {
-        Vec3f p;
-        float stop = 0;
-        WalkField field;
-        Outcome outcome = Outcome::kRead;
-    };
-    /// Reads at most that many points.
-    void read(std::span<Point> points, WalkSampler* sampler);
+    /// Reads the field at a point, and makes the cells on the way there.
+    Outcome read(const Vec3f& p, float stop, WalkSampler* sampler, WalkField* out);
+    /// What is there, which other threads may add to.
+    const WalkCells& cells() const { return cells_; }
     /// Forgets all cells; call while no other thread uses it.
     void clear();
     /// Returns an empty one of the same kind.
@@ -52,8 +44,8 @@ class WalkLattice {
     size_t most_bytes() const { return most_bytes_; }
 
   private:
-    struct Kept;
-    using Slot = std::atomic<Kept*>;
+    using Kept = WalkKept;
+    using Slot = Kept*;
 
     size_t root_count() const;
     /// Makes the cell of a slot, an eighth of `around` or of level 0; null: `outcome` says why.
@@ -68,7 +60,8 @@ class WalkLattice {
     const size_t most_bytes_;
     const Box3f box_;
     const WalkGrid grid_;
-    std::unique_ptr<Slot[]> roots_;  ///< by (z, y, x)
+    std::unique_ptr<Slot[]> roots_;
+    WalkCells cells_;
     std::mutex making_;
     size_t taken_ = 0;
     bool full_ = false;

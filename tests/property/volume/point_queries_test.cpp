@@ -234,7 +234,7 @@ void check(Scene* scene, const std::vector<int32_t>& targets, uint32_t seed) {
     for (uint32_t round = 0; round < 3; ++round) {
         Batch batch(part, *scene->winding, seed + round);
         const segments::States states(batch.values.data(), 1024);
-        queries.begin(part, batch.corners.data(), batch.owned.data());
+        queries.begin(part, batch.corners.data(), batch.owned.data(), OPENFAB_ISA_AVX2);
         ASSERT_TRUE(queries.answer(kQueries[0], batch.groups, states).ok());
         ASSERT_TRUE(queries.answer(kQueries[1], batch.groups, states).ok());
         for (size_t v = 0; v < 1024; ++v) {

@@ -8,10 +8,8 @@
 
 #include <bit>
 #include <cmath>
-#include <map>
 #include <random>
 #include <thread>
-#include <utility>
 
 #include "base/rotation.h"
 #include "runtime/nearest/engine/winding.h"
@@ -19,6 +17,7 @@
 #include "runtime/volume/point_queries.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/reference/brute_force.h"
+#include "tests/support/reference/plain_walk.h"
 #include "tests/support/surface/hand_fablet.h"
 
 namespace openfab::volume {
@@ -125,10 +124,10 @@ struct Batch {
     Vec3f point(int32_t state, size_t v) const {
         return {at(state, v), at(state + 1, v), at(state + 2, v)};
     }
-    void ask(const Scene& scene) {
+    void ask(const Scene& scene, openfab_isa isa = OPENFAB_ISA_AVX512) {
         PointQueries queries(scene.print.size());
         const segments::States states(values.data(), kVoxels);
-        queries.begin(*scene.print[0], corner.data(), owned.data());
+        queries.begin(*scene.print[0], corner.data(), owned.data(), isa);
         for (const openfab_query& query : kQueries)
             ASSERT_TRUE(queries.answer(query, groups, states).ok());
     }
@@ -160,75 +159,18 @@ class PlainDistance {
     nearest::Winding winding_;
 };
 
-/// The lattice, each node asked alone.
-class PlainField {
-  public:
-    PlainField(const Scene& scene, bool with_object)
-        : scene_(scene),
-          grid_(scene.print[0]->solid->bounds()),
-          own_(scene, 0),
-          ring_(scene, 1),
-          with_object_(with_object) {}
-
-    WalkEnd end(const Vec3f& p, float stop, int32_t seed) {
-        Walk walk(p, stop, seed);
-        while (walk.under_way()) {
-            WalkField field;
-            const bool known = read(walk.asks(), walk.stop(), &field);
-            walk.take(known, field);
-        }
-        return walk.result();
-    }
-
-  private:
-    bool read(const Vec3f& p, float stop, WalkField* out) {
-        WalkPlace at;
-        if (!grid_.find(p, &at)) return false;
-        WalkCell cell = walk_root(at);
-        while (true) {
-            const auto& [own, object] = nodes(cell);
-            const WalkErrors errors = walk_errors(own, object, grid_.side(cell));
-            const float side = grid_.side(cell);
-            if (walk_reads(side, cell.bits, errors.miss, stop)) {
-                out->over = errors.over;
-                walk_read(own, object, cell, side, at, with_object_, out);
-                return true;
-            }
-            cell = walk_child(cell, walk_octant(cell, at));
-        }
-    }
-
-    using Nodes = std::pair<WalkNodes, WalkNodes>;
-    const Nodes& nodes(const WalkCell& cell) {
-        const auto [at, fresh] = known_.try_emplace({cell.bits, cell.lowest});
-        for (size_t k = 0; fresh && k < kWalkNodes; ++k) {
-            const Vec3f p = grid_.node(cell, k);
-            at->second.first[k] = 0.0f - own_.at(p);
-            at->second.second[k] = std::numeric_limits<float>::infinity();
-            if (!with_object_) continue;
-            const Affine3d move = part::local_to_local(scene_.parts[0], scene_.parts[1]);
-            at->second.second[k] = ring_.at(vec_cast<float>(move.apply(vec_cast<double>(p))));
-        }
-        if (fresh) {
-            walk_settle(&at->second.first, grid_.side(cell));
-            if (with_object_) walk_settle(&at->second.second, grid_.side(cell));
-        }
-        return at->second;
-    }
-
-    const Scene& scene_;
-    const WalkGrid grid_;
-    PlainDistance own_, ring_;
-    const bool with_object_;
-    std::map<std::pair<uint32_t, WalkPlace>, Nodes> known_;
-};
-
 TEST(Walks, EndWhereTheirTwinSays) {
     const Scene scene;
     ASSERT_EQ(make_walk_lattices(scene.print, 64 << 20), 2u);
     Batch batch(*scene.print[0]);
     batch.ask(scene);
-    PlainField both(scene, true), own(scene, false);
+    const Box3f box = scene.print[0]->solid->bounds();
+    const Affine3d move = part::local_to_local(scene.parts[0], scene.parts[1]);
+    PlainDistance own_distance(scene, 0), ring_distance(scene, 1);
+    const auto inward = [&](const Vec3f& p) { return 0.0f - own_distance.at(p); };
+    reference::PlainWalks own(box, inward, {}), both(box, inward, [&](const Vec3f&p) {
+        return ring_distance.at(vec_cast<float>(move.apply(vec_cast<double>(p))));
+    });
     int walked = 0, on_ring = 0;
     for (size_t v = 0; v < kVoxels; ++v) {
         const Vec3f p = batch.point(kPoint, v), end = batch.point(kEnd, v),
@@ -240,7 +182,7 @@ TEST(Walks, EndWhereTheirTwinSays) {
         }
         const auto seed =
             static_cast<int32_t>(batch.values[static_cast<size_t>(kSeed) * kVoxels + v]);
-        const WalkEnd want = both.end(p, batch.at(kStop, v), seed);
+        const reference::WalkEnd want = both.end(p, batch.at(kStop, v), seed);
         EXPECT_TRUE(end == want.at) << v;
         EXPECT_EQ(on, want.on_object ? 1u : 0u);
         EXPECT_TRUE(own_end == own.end(p, batch.at(kStop, v), seed).at) << v;
@@ -267,6 +209,18 @@ TEST(Walks, AreTheSameWhateverIsKept) {
             thread.join();
         for (const Batch& batch : got)
             EXPECT_TRUE(batch.values == want.values) << bytes;
+    }
+}
+
+TEST(Walks, AreTheSameInAllInstructionSets) {
+    Scene scene;
+    make_walk_lattices(scene.print, 64 << 20);
+    Batch want(*scene.print[0]);
+    want.ask(scene, OPENFAB_ISA_SSE41);
+    for (const openfab_isa isa : {OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
+        Batch got(*scene.print[0]);
+        got.ask(scene, isa);
+        EXPECT_TRUE(got.values == want.values) << isa;
     }
 }
 
