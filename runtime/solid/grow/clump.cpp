@@ -21,21 +21,6 @@ uint64_t child_id(uint64_t node, int32_t child) {
     return x ^ x >> 31;
 }
 
-Box3f box_of(const GrownBeam& beam) {
-    Box3f box;
-    for (size_t e = 0; e < 2; ++e) {
-        for (int a = 0; a < 3; ++a) {
-            const float at = beam.end[e][a], r = beam.radius[e];
-            const float lo = at - r, hi = at + r;
-            // More than these sums are rounded by.
-            constexpr float kRelative = 0x1p-23f, kLeast = 1e-30f;
-            box.lo[a] = std::min(box.lo[a], lo - (std::fabs(lo) * kRelative + kLeast));
-            box.hi[a] = std::max(box.hi[a], hi + (std::fabs(hi) * kRelative + kLeast));
-        }
-    }
-    return box;
-}
-
 void Clump::add_body(GrownBody body, uint64_t id, int32_t level, const Box3f& within) {
     GrownBeam place;
     // Its box is wider than it is.

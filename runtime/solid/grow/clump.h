@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -120,7 +121,42 @@ class Clump {
 };
 
 /// Returns the box of a beam, a little larger.
-Box3f box_of(const GrownBeam& beam);
+inline Box3f box_of(const GrownBeam& beam) {
+    // More than these sums are rounded by.
+    constexpr float kRelative = 0x1p-23f, kLeast = 1e-30f;
+    Box3f box;
+    for (int a = 0; a < 3; ++a) {
+        const float lo0 = beam.end[0][a] - beam.radius[0], hi0 = beam.end[0][a] + beam.radius[0];
+        const float lo1 = beam.end[1][a] - beam.radius[1], hi1 = beam.end[1][a] + beam.radius[1];
+        box.lo[a] = std::min(lo0 - (std::fabs(lo0) * kRelative + kLeast),
+                             lo1 - (std::fabs(lo1) * kRelative + kLeast));
+        box.hi[a] = std::max(hi0 + (std::fabs(hi0) * kRelative + kLeast),
+                             hi1 + (std::fabs(hi1) * kRelative + kLeast));
+    }
+    return box;
+}
+
+/// Buds in no clump, with what rules know of them.
+struct Buds {
+    std::vector<Bud> buds;
+    std::vector<uint32_t> states;
+
+    void add(const Bud& bud, std::span<const uint32_t> state) {
+        buds.push_back(bud);
+        buds.back().state = states.size();
+        states.insert(states.end(), state.begin(), state.end());
+    }
+};
+
+/// What is done with nodes as they grow, instead of keeping them.
+class Harvest {
+  public:
+    virtual ~Harvest() = default;
+    /// Returns whether anything of a box matters.
+    virtual bool reaches(const Box3f& box) const = 0;
+    /// Takes what there is of some nodes; `of` is one of their parents. Returns whether more is wanted.
+    virtual bool take(const Clump& there, size_t nodes, const Bud& of) = 0;
+};
 
 /// Makes clumps. Threads share it.
 class ClumpSource {
@@ -143,6 +179,10 @@ class ClumpSource {
     /// Makes what grows of a bud.
     virtual Result<std::shared_ptr<const Clump>> grow(const Bud& bud,
                                                       std::span<const uint32_t> state) const = 0;
+    virtual bool can_harvest() const { return false; }
+    /// Grows what is reached of buds, many of them at once, and keeps none of it: where each is wanted once or twice, this
+    /// takes a third of the time that clumps take.
+    virtual Result<void> harvest(const Buds& /*from*/, Harvest* /*to*/) const { return {}; }
 };
 
 }  // namespace openfab::solid

@@ -169,6 +169,7 @@ class GrowSolid final : public Solid, Dicing {
     void set_stop(const std::atomic<bool>* stop) const override { shared_.grown.set_stop(stop); }
     void prepare(const Asked& asked, const QuerySetUp& /*queries*/) override {
         shared_.asked = shared_.asked || asked.nearest;
+        if (asked.nearest) shared_.grown.keep_all();
         shared_.attributes = shared_.attributes || asked.attributes || asked.geometry;
     }
     std::unique_ptr<Placed> place(const Place& where) const override {

@@ -139,6 +139,33 @@ bool Grown::full(size_t beams, const GrownBeam& last) const {
     return true;
 }
 
+namespace {
+
+/// A harvest that gives each beam away.
+template <typename Reaches, typename Take, typename More>
+class Reaped final : public Harvest {
+  public:
+    Reaped(const Reaches& reaches, const Take& take, const More& more)
+        : reaches_(reaches), take_(take), more_(more) {}
+    bool reaches(const Box3f& box) const override { return reaches_(box); }
+    bool take(const Clump& there, size_t nodes, const Bud& of) override {
+        for (size_t beam = 0; beam < there.beams.size(); ++beam)
+            take_(there, beam);
+        all_ = more_(nodes, of);
+        return all_;
+    }
+    /// Returns whether all was taken.
+    bool all() const { return all_; }
+
+  private:
+    const Reaches& reaches_;
+    const Take& take_;
+    const More& more_;
+    bool all_ = true;
+};
+
+}  // namespace
+
 bool Grown::collect(const Box3f& box, bool make, size_t most, GatheredBeams* out,
                     Sieve* sieve) const {
     Box3f asked;
@@ -157,29 +184,50 @@ bool Grown::collect(const Box3f& box, bool make, size_t most, GatheredBeams* out
     constexpr size_t kMoreTaken = 16;
     const size_t most_taken = most == kNoLimit ? kNoLimit : kMoreTaken * most;
     const auto few = [&] { return out->beams.size() < most && taken < most_taken; };
+    const auto reaches = [&](const Box3f& b) {
+        return b.overlaps(asked) && (sieve == nullptr || sieve->reaches(b)) && few() && !failed();
+    };
+    const auto take = [&](const Clump& clump, size_t beam) {
+        if (!few()) return;
+        const GrownBeam& of = clump.beams[beam];
+        const Box3f around = box_of(of);
+        if (!around.overlaps(asked) || full(count(), of)) return;
+        if (sieve != nullptr && of.body < 0 && sieve->take(of, around))
+            ++taken;
+        else
+            out->add(clump, beam, values);
+    };
+    // What is no larger than the box is seldom asked for again.
+    const bool harvests = !keeps_ && make && sieve != nullptr && source_->can_harvest();
+    const float small = box.longest_side();
+    static const auto kNothing = std::make_shared<const Clump>();
+    Buds small_buds;
     const bool all = visit(
-        *root,
-        [&](const Box3f& b) {
-            return b.overlaps(asked) && (sieve == nullptr || sieve->reaches(b)) && few() &&
-                   !failed();
-        },
+        *root, reaches,
         [&](const Bud& bud, std::span<const uint32_t> state) {
+            if (harvests && bud.bound.longest_side() <= small) {
+                small_buds.add(bud, state);
+                return kNothing;
+            }
             ClumpPtr clump = make ? get(bud, state) : find(bud, state);
             if (clump != nullptr) opened += clump->nodes_made();
             if (opened > kMostOpened) note_crowd(bud);
             return clump;
         },
-        [&](const Clump& clump, size_t beam) {
-            if (!few()) return;
-            const GrownBeam& of = clump.beams[beam];
-            const Box3f around = box_of(of);
-            if (!around.overlaps(asked) || full(count(), of)) return;
-            if (sieve != nullptr && of.body < 0 && sieve->take(of, around))
-                ++taken;
-            else
-                out->add(clump, beam, values);
-        });
-    return all && few();
+        take);
+    if (!all || !few() || small_buds.buds.empty()) return all && few();
+    const auto more = [&](size_t nodes, const Bud& of) {
+        opened += nodes;
+        if (opened > kMostOpened) note_crowd(of);
+        const std::atomic<bool>* stop = stop_;
+        return few() && !failed() && (stop == nullptr || !stop->load(std::memory_order_relaxed));
+    };
+    Reaped reaped(reaches, take, more);
+    if (const Result<void> done = source_->harvest(small_buds, &reaped); !done) {
+        if (done.error().code != ErrorCode::kInterrupted) note(done.error());
+        return false;
+    }
+    return reaped.all() && few();
 }
 
 float Grown::slack(const Vec3f& p, float d) const {

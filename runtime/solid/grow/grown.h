@@ -72,6 +72,8 @@ class Grown {
     /// Returns by how much distances of points like this may be wrong, with a margin; `d` from there, or less.
     float slack(const Vec3f& p, float d) const;
 
+    /// Keeps what coverage looks through: it will be asked for again.
+    void keep_all() { keeps_ = true; }
     /// Makes the first clump, whose errors `status` then has.
     void begin() const { root(); }
     /// Notes an error, unless there is one.
@@ -108,6 +110,7 @@ class Grown {
 
     const std::unique_ptr<const ClumpSource> source_;
     const Vec3d center_;
+    bool keeps_ = false;
     std::vector<uint32_t> root_state_;
     Bud root_;
     mutable std::once_flag begun_;

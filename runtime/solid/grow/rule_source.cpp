@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <deque>
 #include <optional>
 #include <string_view>
 
@@ -15,6 +16,7 @@
 #include "runtime/part/node_member.h"
 #include "runtime/solid/grow/body_source.h"
 #include "runtime/solid/grow/rule_calls.h"
+#include "runtime/solid/grow/rule_roles.h"
 #include "runtime/solid/messages.h"
 
 namespace openfab::solid {
@@ -24,16 +26,11 @@ namespace {
 /// Nodes of a clump from which on whole levels become buds: with fewer, calls and bookkeeping cost more than what is
 /// not grown saves; with more, most of a clump is far from where it is asked for.
 constexpr size_t kClumpNodes = 20;
+/// Nodes that grow at once where they are harvested: their columns stay in the second-level cache.
+constexpr size_t kHarvested = 512;
 constexpr int32_t kMostChildren = 1 << 16;
 /// Levels of a rule without a depth; deeper ones are taken for rules that never end.
 constexpr int32_t kMostLevels = 1000;
-
-/// Where the members that mean something begin, in components; -1: there is none.
-struct Roles {
-    int32_t end = -1, radius = -1, children = -1, reach = -1, box = -1, flat = -1;
-    int32_t object = -1, axes = -1;
-    bool two_radii = false;
-};
 
 /// A component of a @nearest input: of the node at the first end, and at the second; or a default.
 struct Reading {
@@ -65,6 +62,7 @@ struct Bench {
 
     RuleCalls calls;
     Level now, next;
+    std::deque<Level> levels;  ///< of a harvest
     NodeColumns parents;
     NodePlaces places;
     std::vector<size_t> parent_of;
@@ -82,7 +80,7 @@ class RuleSource final : public BodySource {
         for (int32_t i = 0; i < shape.output_count; ++i) {
             first.push_back(at);
             at += shape.outputs[i].components;
-            take_role(shape.outputs[i], first.back());
+            roles_.take(shape.outputs[i], first.back());
         }
         components_ = static_cast<size_t>(at);
         for (int32_t i = 0; i < fablet.nearest_count; ++i) {
@@ -153,20 +151,62 @@ class RuleSource final : public BodySource {
         return out;
     }
 
-  private:
-    void take_role(const openfab_varying& member, int32_t first) {
-        const std::string_view name = member.name;
-        if (name == "end") roles_.end = first;
-        if (name == "children") roles_.children = first;
-        if (name == "reach") roles_.reach = first;
-        if (name == "box") roles_.box = first;
-        if (name == "flat") roles_.flat = first;
-        if (name == "object") roles_.object = first;
-        if (name == "axes") roles_.axes = first;
-        if (name == "radius") {
-            roles_.radius = first;
-            roles_.two_radii = member.components == 2;
+    bool can_harvest() const override { return true; }
+    Result<void> harvest(const Buds& from, Harvest* to) const override {
+        Bench* bench = benches_.take([&] { return std::make_unique<Bench>(stage_, fixed_, isa_); });
+        Result<bool> done = true;
+        for (size_t first = 0, end = 0; first < from.buds.size() && done && *done; first = end) {
+            const int32_t level = from.buds[first].level;
+            while (end < from.buds.size() && from.buds[end].level == level)
+                ++end;
+            if (bench->levels.empty()) bench->levels.emplace_back();
+            Level& now = bench->levels[0];
+            now.clear();
+            now.level = level;
+            now.columns.assign(components_, end - first);
+            for (size_t k = 0; k < end - first; ++k) {
+                const Bud& bud = from.buds[first + k];
+                now.nodes.push_back(k);
+                now.ids.push_back(bud.id);
+                now.bounds.push_back(bud.bound);
+                now.children.push_back(bud.children);
+                for (size_t c = 0; c < components_; ++c)
+                    now.columns.column(c)[k] = from.states[bud.state + c];
+            }
+            done = harvest_level(0, bench, to);
         }
+        benches_.give(bench);
+        if (!done) return done.error();
+        return {};
+    }
+
+  private:
+    /// Grows what is reached below a level; returns whether more is wanted.
+    Result<bool> harvest_level(size_t depth, Bench* bench, Harvest* to) const {
+        if (bench->levels.size() == depth + 1) bench->levels.emplace_back();
+        const Level& now = bench->levels[depth];
+        Level* next = &bench->levels[depth + 1];
+        for (size_t first = 0, end = 0; first < now.nodes.size(); first = end) {
+            size_t more = 0;
+            do {
+                more += static_cast<size_t>(now.children[now.nodes[end++]]);
+            } while (end < now.nodes.size() &&
+                     more + static_cast<size_t>(now.children[now.nodes[end]]) <= kHarvested);
+            bench->clump.clear();
+            const std::span nodes = std::span(now.nodes).subspan(first, end - first);
+            if (Result<void> fine = grow_level(now, nodes, more, next, bench); !fine)
+                return fine.error();
+            Bud of;
+            of.bound = now.bounds[nodes[0]];
+            of.level = now.level;
+            if (!to->take(bench->clump, more, of)) return false;
+            std::erase_if(next->nodes,
+                          [&](size_t node) { return !to->reaches(next->bounds[node]); });
+            if (next->nodes.empty()) continue;
+            if (Result<bool> done = harvest_level(depth + 1, bench, to); !done || !*done)
+                return done;
+        }
+        return true;
     }
 
     Result<void> grow(const Bud& bud, std::span<const uint32_t> state, Bench* bench) const {
@@ -194,7 +234,8 @@ class RuleSource final : public BodySource {
                 return {};
             }
             grown += more;
-            if (Result<void> fine = grow_level(more, bench); !fine) return fine;
+            if (Result<void> fine = grow_level(now, now.nodes, more, &bench->next, bench); !fine)
+                return fine;
             std::swap(now, bench->next);
         }
         return {};
@@ -214,10 +255,9 @@ class RuleSource final : public BodySource {
         }
     }
 
-    /// Makes all children of a level.
-    Result<void> grow_level(size_t more, Bench* bench) const {
-        const Level& now = bench->now;
-        Level* next = &bench->next;
+    /// Makes all children, `more` of them, of some nodes of a level.
+    Result<void> grow_level(const Level& now, std::span<const size_t> nodes, size_t more,
+                            Level* next, Bench* bench) const {
         NodeColumns& parents = bench->parents;
         NodePlaces& places = bench->places;
         std::vector<size_t>& parent_of = bench->parent_of;
@@ -226,17 +266,18 @@ class RuleSource final : public BodySource {
         places.child.clear();
         parent_of.clear();
         next->level = now.level + 1;
-        size_t first = 0;
-        for (const size_t node : now.nodes) {
+        for (const size_t node : nodes) {
             for (int32_t child = 0; child < now.children[node]; ++child) {
                 parent_of.push_back(node);
                 next->ids.push_back(child_id(now.ids[node], child));
                 places.child.push_back(child);
             }
-            const auto count = static_cast<size_t>(now.children[node]);
-            for (size_t c = 0; c < components_; ++c)
-                std::fill_n(parents.column(c) + first, count, now.columns.column(c)[node]);
-            first += count;
+        }
+        for (size_t c = 0; c < components_; ++c) {
+            const uint32_t* const from = now.columns.column(c);
+            uint32_t* const to = parents.column(c);
+            for (size_t i = 0; i < more; ++i)
+                to[i] = from[parent_of[i]];
         }
         places.path.assign(parents.lanes, 0);
         std::ranges::transform(next->ids, places.path.begin(),
@@ -438,7 +479,7 @@ class RuleSource final : public BodySource {
     const part::ShapeStage& stage_;
     const surface::StaticArgs fixed_;
     const openfab_isa isa_;
-    Roles roles_;
+    RuleRoles roles_;
     std::vector<Reading> floats_, ints_;
     size_t components_ = 0;
     Box3f box_;

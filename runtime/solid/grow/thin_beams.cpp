@@ -13,6 +13,12 @@ namespace {
 /// Columns of voxels of a beam that is compared with each of them; more are halved by tiles.
 constexpr int32_t kMostColumns = 36;
 
+/// std::ceil, which is a call for every processor.
+int32_t up(double x) {
+    const auto i = static_cast<int32_t>(x);
+    return i + (i < x ? 1 : 0);
+}
+
 }  // namespace
 
 ThinBeams::ThinBeams(const Grown& grown, const VoxelFrame& frame, const Columns& columns,
@@ -46,8 +52,8 @@ Box3i ThinBeams::voxels_in(const Box3f& box) const {
         const double lo = (static_cast<double>(box.lo[a]) - first_[a]) * per_voxel_[a] - slack_[a];
         const double hi = (static_cast<double>(box.hi[a]) - first_[a]) * per_voxel_[a] + slack_[a];
         const double least = tile_.lo[a], most = tile_.hi[a] - 1;
-        out.lo[a] = static_cast<int32_t>(std::ceil(std::clamp(lo, least, most + 1)));
-        out.hi[a] = static_cast<int32_t>(std::floor(std::clamp(hi, least - 1, most))) + 1;
+        out.lo[a] = up(std::clamp(lo, least, most + 1));
+        out.hi[a] = 1 - up(-std::clamp(hi, least - 1, most));
     }
     return out;
 }

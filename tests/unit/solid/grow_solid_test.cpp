@@ -23,10 +23,13 @@ TEST(GrowSolid, CoversWhatItsBeamsCover) {
     ASSERT_GT(beams->beams.size(), 2000u);
     const std::vector<uint8_t> expected = Made(bush, kernel<bush>, 0, beams).covered();
     ASSERT_GT(std::ranges::count(expected, 1), 2000);
-    for (const size_t cache : {kLittle, kMuch}) {
-        const Made made(bush, kernel<bush>, cache, nullptr);
-        EXPECT_TRUE(made.covered() == expected);
-        EXPECT_TRUE(made.solid->status());
+    const Box3d box{{-12, -12, -3}, {12, 12, 20}};
+    for (const bool asked : {true, false}) {
+        for (const size_t cache : {kLittle, kMuch}) {
+            const Made made(bush, kernel<bush>, cache, nullptr, box, true, asked);
+            EXPECT_TRUE(made.covered() == expected);
+            EXPECT_TRUE(made.solid->status());
+        }
     }
 }
 
@@ -36,8 +39,12 @@ TEST(GrowSolid, CoversWhatItsBeamsCoverWhereItIsNotTurned) {
     const std::vector<uint8_t> expected =
         Made(bush, kernel<bush>, 0, all_of(bush), box, false).covered();
     ASSERT_GT(std::ranges::count(expected, 1), 2000);
-    for (const size_t cache : {kLittle, kMuch})
-        EXPECT_TRUE(Made(bush, kernel<bush>, cache, nullptr, box, false).covered() == expected);
+    for (const bool asked : {true, false}) {
+        for (const size_t cache : {kLittle, kMuch}) {
+            const Made made(bush, kernel<bush>, cache, nullptr, box, false, asked);
+            EXPECT_TRUE(made.covered() == expected);
+        }
+    }
 }
 
 /// Distances and attributes of blocks have the bits of those of all beams.
@@ -183,9 +190,9 @@ Node dust(const Node& /*parent*/, int32_t /*child*/, int32_t level, uint32_t pat
     return n;
 }
 
-/// Grows all of a rule.
-Result<void> outcome_of(openfab_kernel_fn fn) {
-    const Made made(nullptr, fn, 8 << 20, nullptr);
+/// Grows all of a rule; of what is not asked for distances, nothing small is kept.
+Result<void> outcome_of(openfab_kernel_fn fn, bool asked) {
+    const Made made(nullptr, fn, 8 << 20, nullptr, {{-12, -12, -3}, {12, 12, 20}}, true, asked);
     if (made.placed == nullptr) return made.status;
     made.covered();
     return made.solid->status();
@@ -199,11 +206,13 @@ TEST(GrowSolid, SaysWhatIsWrongAndWhere) {
         {kernel<crowd>, testing::Says(messages::kTooManyChildren, 1048576, 65536)},
         {kernel<dust>, testing::Says(messages::kTooManyBeamsAtOnce, 524288)},
     };
-    for (const auto& [fn, what] : kWrong) {
-        const Result<void> status = outcome_of(fn);
-        ASSERT_FALSE(status);
-        EXPECT_THAT(status.error().message, what);
-        EXPECT_EQ(exit_code(status.error().code), 1) << status.error().text();
+    for (const bool asked : {true, false}) {
+        for (const auto& [fn, what] : kWrong) {
+            const Result<void> status = outcome_of(fn, asked);
+            ASSERT_FALSE(status);
+            EXPECT_THAT(status.error().message, what);
+            EXPECT_EQ(exit_code(status.error().code), 1) << status.error().text();
+        }
     }
     const Made small(bush, kernel<bush>, kMuch, nullptr, {{-1, -1, -1}, {1, 1, 1}});
     ASSERT_FALSE(small.status);
@@ -213,14 +222,16 @@ TEST(GrowSolid, SaysWhatIsWrongAndWhere) {
 
 /// A larger box is no remedy for a rule without an end, of which nothing is seen outside.
 TEST(GrowSolid, ARuleOfNodesWithoutBeamsIsToldToEnd) {
-    const Result<void> soon = outcome_of(kernel<drifting<20>>);
-    ASSERT_FALSE(soon);
-    EXPECT_THAT(soon.error().message, testing::Says(messages::kGrowsOutside));
-    EXPECT_EQ(soon.error().help, messages::kEndOrEnlarge);
-    const Result<void> late = outcome_of(kernel<drifting<4>>);
-    ASSERT_FALSE(late);
-    EXPECT_THAT(late.error().message, testing::Says(messages::kChildrenOutside));
-    EXPECT_EQ(late.error().help, messages::kLetChildrenEnd);
+    for (const bool asked : {true, false}) {
+        const Result<void> soon = outcome_of(kernel<drifting<20>>, asked);
+        ASSERT_FALSE(soon);
+        EXPECT_THAT(soon.error().message, testing::Says(messages::kGrowsOutside));
+        EXPECT_EQ(soon.error().help, messages::kEndOrEnlarge);
+        const Result<void> late = outcome_of(kernel<drifting<4>>, asked);
+        ASSERT_FALSE(late);
+        EXPECT_THAT(late.error().message, testing::Says(messages::kChildrenOutside));
+        EXPECT_EQ(late.error().help, messages::kLetChildrenEnd);
+    }
 }
 
 }  // namespace

@@ -154,7 +154,7 @@ struct Grove {
     }
 };
 
-/// A part, turned unless said, that grows, or of beams, in a grid.
+/// A part, turned unless said, that grows, or of beams, in a grid; to be asked for distances unless said.
 struct Made {
     std::vector<openfab_arg> args = arguments();
     openfab_shape shape{};
@@ -169,7 +169,7 @@ struct Made {
 
     Made(Rule rule, openfab_kernel_fn fn, size_t cache,
          const std::shared_ptr<const mesh::Beams>& beams,
-         const Box3d& box = {{-12, -12, -3}, {12, 12, 20}}, bool turned = true) {
+         const Box3d& box = {{-12, -12, -3}, {12, 12, 20}}, bool turned = true, bool asked = true) {
         shape.output_count = 6;
         shape.outputs = kMembers;
         shape.attributes = {{fn, fn, fn}, static_cast<int32_t>(args.size()), args.data(), 0};
@@ -214,8 +214,9 @@ struct Made {
         grid.origin_mm = {-8, -8, -8};
         grid.size = {96, 71, 120};
         frame = part::make_frame(part, grid);
-        solid->prepare({.nearest = true, .attributes = true, .sign = true}, {});
+        if (asked) solid->prepare({.nearest = true, .attributes = true, .sign = true}, {});
         placed = solid->place({part, grid, frame});
+        if (!asked) return;
         placed->begin_queries();
         scratch = placed->make_scratch();
     }
