@@ -12,7 +12,7 @@ PICTURES = {
     "openfab render": "gallery/peach/peach.png",
     "openfab text": "docs/how-to/tag.png",
     "openfab mechanics part": "docs/mechanics-part.png",
-    "openfab mechanics strengthen": "docs/mechanics-strengthen.png",
+    "openfab mechanics strengthen": "docs/mechanics-strong.png",
 }
 
 

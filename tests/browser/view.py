@@ -158,6 +158,43 @@ def look_in_3d(browser, options, url):
     at.close()
 
 
+# Where lengths are written, and how near to the middle of the axes' disc: the last of each.
+WRITTEN = """
+    window.written = {}; window.disc = null;
+    const { fillText, arc } = CanvasRenderingContext2D.prototype;
+    CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+        if (/^[xyz] [0-9.]+ mm$/.test(text)) window.written[text[0]] = { x, y, half: this.measureText(text).width / 2 };
+        return fillText.apply(this, arguments);
+    };
+    CanvasRenderingContext2D.prototype.arc = function (x, y, radius) {
+        if (radius > 20) window.disc = { x, y, radius };
+        return arc.apply(this, arguments);
+    };
+"""
+NEAREST = """() => Math.min(...Object.values(window.written).map(({ x, y, half }) => Math.hypot(
+    Math.max(Math.abs(x - window.disc.x) - half, 0), Math.max(Math.abs(y - window.disc.y) - 6, 0)) - window.disc.radius))"""
+
+
+def look_in_a_narrow_window(browser, options, url):
+    """Lengths stand beside the disc of the axes, wherever one looks from."""
+    at = Page(browser, options, size=(400, 800))
+    page = at.page
+    page.add_init_script(WRITTEN)
+    at.open(url, view="3")
+    at.settle(3000)
+    box = page.locator("#volume").bounding_box()
+    room = [page.evaluate(NEAREST)]
+    for _ in range(9):
+        page.mouse.move(box["x"] + 60, box["y"] + 60)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 90, box["y"] + 64, steps=2)
+        page.mouse.up()
+        at.settle(300)
+        room.append(page.evaluate(NEAREST))
+    check("lengths stand beside the axes", page.evaluate("Object.keys(window.written).length") == 3 and min(room) >= 0)
+    at.close()
+
+
 def look_by_keyboard(browser, options, url):
     at = Page(browser, options)
     page = at.page
@@ -388,6 +425,7 @@ def main(browser, options):
     with Viewer(options, prints[0], "--world", world) as url:
         look_at_a_print(browser, options, url)
         look_in_3d(browser, options, url)
+        look_in_a_narrow_window(browser, options, url)
         look_by_keyboard(browser, options, url)
     look_at_a_server_that_ends(browser, options, prints[0])
     look_at_what_opens(browser, options)

@@ -7,6 +7,9 @@ const kAxisColors = ["--axis_x", "--axis_y", "--axis_z"];
 const kAxesRadius = 34;
 /** From the lower right corner to the middle of the axes, in CSS pixels. */
 const kAxesPlace = [58, 66];
+const kDiscRadius = kAxesRadius + 14;
+/** Half of a label's height. */
+const kLabelHalf = 9;
 
 /** The middle of the axes on a canvas, and their tips with the standpoint that looks along each. */
 export function axesOf(look) {
@@ -22,6 +25,21 @@ export function axesOf(look) {
     }
     tips.sort((p, q) => p.depth - q.depth);
     return { middle, tips };
+}
+
+/** The place nearest to x, y, to its left or below, where a label of that half width lies beside the disc of the axes. */
+export function besideAxes(look, x, y, half) {
+    const [cx, cy] = axesOf(look).middle;
+    const left = (at) => {
+        const high = Math.max(Math.abs(at - cy) - kLabelHalf, 0);
+        if (high >= kDiscRadius || x - half >= cx + kDiscRadius) return x;
+        return Math.min(x, cx - Math.sqrt(kDiscRadius ** 2 - high ** 2) - half);
+    };
+    let best = [left(y), y];
+    for (let at = y; at <= look.height - kLabelHalf - 3; ++at) {
+        if (Math.hypot(left(at) - x, at - y) < Math.hypot(best[0] - x, best[1] - y)) best = [left(at), at];
+    }
+    return best;
 }
 
 /** The edges of a box as pairs of corners, each with whether it is on the side of the viewer. */
@@ -119,16 +137,21 @@ export class Scene {
             if (at[0] < 0 || at[0] > look.width || at[1] < 0 || at[1] > look.height) continue;
             const x = Math.min(Math.max(at[0] + (at[0] - middle[0]) / away * 24, 40), look.width - 40);
             const y = Math.min(Math.max(at[1] + (at[1] - middle[1]) / away * 14, 12), look.height - 12);
-            this.label(c, `${axisNames[a]} ${lengthText(size[a])}`, x, y, style.getPropertyValue(kAxisColors[a]), style);
+            const text = `${axisNames[a]} ${lengthText(size[a])}`;
+            this.label(c, text, ...besideAxes(look, x, y, this.labelWidth(c, text) / 2), style.getPropertyValue(kAxisColors[a]), style);
         }
     }
 
-    label(c, text, x, y, color, style) {
+    labelWidth(c, text) {
         c.font = "12px system-ui, sans-serif";
-        const width = c.measureText(text).width;
+        return c.measureText(text).width + 8;
+    }
+
+    label(c, text, x, y, color, style) {
+        const width = this.labelWidth(c, text);
         c.globalAlpha = 0.8;
         c.fillStyle = style.getPropertyValue("--panel");
-        c.fillRect(x - width / 2 - 4, y - 9, width + 8, 18);
+        c.fillRect(x - width / 2, y - kLabelHalf, width, 2 * kLabelHalf);
         c.globalAlpha = 1;
         c.fillStyle = color;
         c.textAlign = "center";
@@ -162,7 +185,7 @@ export class Scene {
     drawAxes(c, look, style) {
         const { middle, tips } = axesOf(look);
         c.beginPath();
-        c.arc(...middle, kAxesRadius + 14, 0, 2 * Math.PI);
+        c.arc(...middle, kDiscRadius, 0, 2 * Math.PI);
         c.globalAlpha = 0.72;
         c.fillStyle = style.getPropertyValue("--panel");
         c.fill();
