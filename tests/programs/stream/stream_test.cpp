@@ -120,6 +120,9 @@ TEST_F(Stream, ASenderThatIsKilledIsResumed) {
                 wait_for_slices(output);
                 std::this_thread::sleep_for(std::chrono::milliseconds(random_() % 300));
                 sender.kill();
+                // Who looks at the receiver is told how the print goes on.
+                ASSERT_TRUE(receiver->says(tools::messages::kLineCut)) << receiver->err();
+                EXPECT_THAT(receiver->err(), HasSubstr("its command with `--resume`"));
                 if (!restarted) continue;
                 receiver->kill();
                 receiver = std::make_unique<Running>(receiving(unix_address(), output, kSlow));
@@ -282,6 +285,7 @@ TEST_F(Stream, ASecondSenderIsRefused) {
             const Outcome second = run(printing(unix_address(), {how}, world));
             EXPECT_EQ(second.exit_code, 3) << second.err;
             EXPECT_THAT(second.err, testing::Says(tools::messages::kAnotherPrint));
+            EXPECT_THAT(second.err, HasSubstr("with `--resume`"));
         }
     }
     EXPECT_EQ(first.end().exit_code, 0) << first.end().err;
