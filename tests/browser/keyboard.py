@@ -247,9 +247,49 @@ def focus(browser, options):
         at.close()
 
 
+def hold_what_is_chosen(browser, options):
+    """Arrows go on from what they chose, though what the page hears of the world is older."""
+    folder = options.out / "held"
+    shutil.rmtree(folder, ignore_errors=True)
+    with Viewer(options, "--new", folder) as url:
+        at = Page(browser, options, size=(1440, 900))
+        page = at.page
+        at.open(url, view=None)
+        printer = page.locator("[data-control=printer]")
+        choices = printer.evaluate("one => [...one.options].map((option) => option.value)")
+        first = choices.index(printer.input_value())
+        late, given = [], []
+
+        def answer(route):
+            response = route.fetch()
+            how = {"status": response.status, "headers": response.headers, "body": response.body()}
+            if not given and (late or f'"printer":"{choices[first + 1]}"'.encode() in how["body"].replace(b" ", b"")):
+                late.append((route, how))
+            else:
+                route.fulfill(**how)
+
+        page.route("**/api/live", answer)
+        printer.focus()
+        page.keyboard.press("ArrowDown")
+        at.eventually("the page asks for the world with the first", lambda: bool(late))
+        page.keyboard.press("ArrowDown")
+        route, how = late.pop(0)
+        route.fulfill(**how)
+        at.settle(400)
+        check("an older answer takes nothing back", printer.input_value() == choices[first + 2])
+        given.append(True)
+        for route, how in late:
+            route.fulfill(**how)
+        page.keyboard.press("ArrowDown")
+        at.eventually("arrows go on", lambda: f'"printer": "{choices[first + 3]}"' in (folder / "held.fab.json").read_text())
+        at.eventually("and the field with them", lambda: printer.input_value() == choices[first + 3])
+        at.close()
+
+
 def main(browser, options):
     walk(browser, options)
     focus(browser, options)
+    hold_what_is_chosen(browser, options)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ import { editsOf, kStock, materialFor, scaleFor, swapped, usesOf } from "./part_
 
 const byId = (id) => document.getElementById(id);
 const kUnits = [["mm", "mm"], ["cm", "cm"], ["m", "m"], ["in", "inch"], ["um", "µm"]];
+/** What was chosen stays in its field until the world surely has it: what the page hears before may be older. */
+const kHoldMs = 3000;
 const printerName = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
 
 export class PartPanel {
@@ -43,18 +45,29 @@ export class PartPanel {
         const field = focused && document.querySelector(`#live [data-control="${focused}"]`);
         field?.focus();
         if (field) this.expected = null;
+        if (field && this.held?.control === focused && performance.now() < this.held.until) field.value = this.held.value;
     }
+
+    hold({ dataset: { control }, value }) { this.held = { control, value, until: performance.now() + kHoldMs }; }
 
     row(label, ...controls) { return element("div", { class: "part_row" }, element("span", { class: "name" }, label), element("div", { class: "row" }, ...controls)); }
 
     choice(control, label, options, value, change) {
-        return element("select", { "data-control": control, "aria-label": label, onchange: (event) => change(event.target.value) },
+        const chosen = ({ target }) => {
+            if (value) this.hold(target);  // others fall back to what they ask
+            change(target.value);
+        };
+        return element("select", { "data-control": control, "aria-label": label, onchange: chosen },
             ...options.map(([key, text]) => element("option", { value: key, selected: key === value }, text)));
     }
 
     number(control, label, value, change, limits = {}) {
         return element("input", { type: "number", "data-control": control, "aria-label": label, value: Number(Number(value).toPrecision(6)), step: "any", ...limits,
-            onchange: (event) => Number.isFinite(event.target.valueAsNumber) && change(event.target.valueAsNumber) });
+            onchange: ({ target }) => {
+                if (!Number.isFinite(target.valueAsNumber)) return;
+                this.hold(target);
+                change(target.valueAsNumber);
+            } });
     }
 
     printer({ printers, printer }) {
