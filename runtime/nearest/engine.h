@@ -187,6 +187,9 @@ class Engine {
     /// The default queries the blocks.
     virtual void bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
                               BlockBounds* bounds) const;
+    /// Bounds the distances of whole blocks, maybe no tighter than `bound_blocks` does; the default is what that says.
+    virtual void bound_whole_blocks(std::span<const Vec3i> blocks, Scratch* scratch, float* low,
+                                    float* high) const;
     /// Bounds the answers over a cube of `size` (8, 16, 32 or 64) voxels a side; `lowest` is the
     /// part-relative index of its lowest voxel.
     virtual void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,

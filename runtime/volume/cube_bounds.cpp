@@ -183,18 +183,6 @@ void CubeBounds::add_centers(const PlacedPart& part, int32_t size, std::span<con
     }
 }
 
-template <typename Visit>
-void CubeBounds::for_each_block(const PlacedPart& part, std::span<const Vec3i> blocks,
-                                nearest::Engine::Scratch* scratch, const Visit& visit) {
-    blocks_.resize(kBlocks);
-    for (size_t first = 0; first < blocks.size(); first += kBlocks) {
-        const auto some = blocks.subspan(first, std::min(kBlocks, blocks.size() - first));
-        part.engine().bound_blocks(some, scratch, blocks_.data());
-        for (size_t i = 0; i < some.size(); ++i)
-            visit(some[i], blocks_[i]);
-    }
-}
-
 void CubeBounds::add_cases(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                            std::span<const Known> known, nearest::Engine::Scratch* scratch) {
     for (size_t cube = 0; cube < lowest.size(); ++cube) {
@@ -293,12 +281,14 @@ abi::KernelStatus CubeBounds::bound(const PlacedPart& part, int32_t size,
     } else if (size > 8) {
         add_centers(part, size, lowest, tools.scratch);
     } else {
-        for_each_block(part, lowest, tools.scratch,
-                       [&](const Vec3i& block, const nearest::BlockBounds& of) {
-                           add_entry(block, unknown_, *std::ranges::min_element(of.low),
-                                     *std::ranges::max_element(of.high));
-                           first_entry_.push_back(distance_lo_.size());
-                       });
+        block_low_.resize(lowest.size());
+        block_high_.resize(lowest.size());
+        part.engine().bound_whole_blocks(lowest, tools.scratch, block_low_.data(),
+                                         block_high_.data());
+        for (size_t i = 0; i < lowest.size(); ++i) {
+            add_entry(lowest[i], unknown_, block_low_[i], block_high_[i]);
+            first_entry_.push_back(distance_lo_.size());
+        }
     }
     transpose_entries(part);
     return run_kernel(part, size, tools);
@@ -308,15 +298,18 @@ abi::KernelStatus CubeBounds::bound_pieces(const PlacedPart& part, std::span<con
                                            std::span<const Known> known, const Tools& tools) {
     begin(part);
     const nearest::BlockPieces& pieces = part.engine().pieces();
-    for_each_block(part, blocks, tools.scratch,
-                   [&](const Vec3i& block, const nearest::BlockBounds& of) {
-                       const size_t number = (first_entry_.size() - 1) / kPieces;
-                       const nearest::NearestCase& at = attributes_or_unknown(known, number);
-                       for (size_t p = 0; p < kPieces; ++p) {
-                           add_entry(block + pieces.lowest[p], at, of.low[p], of.high[p]);
-                           first_entry_.push_back(distance_lo_.size());
-                       }
-                   });
+    blocks_.resize(kBlocks);
+    for (size_t first = 0; first < blocks.size(); first += kBlocks) {
+        const auto some = blocks.subspan(first, std::min(kBlocks, blocks.size() - first));
+        part.engine().bound_blocks(some, tools.scratch, blocks_.data());
+        for (size_t i = 0; i < some.size(); ++i) {
+            const nearest::NearestCase& at = attributes_or_unknown(known, first + i);
+            for (size_t p = 0; p < kPieces; ++p) {
+                add_entry(some[i] + pieces.lowest[p], at, blocks_[i].low[p], blocks_[i].high[p]);
+                first_entry_.push_back(distance_lo_.size());
+            }
+        }
+    }
     if (part.bounds_say_looks) first_blind_ = 0;
     transpose_entries(part);
     // The kernel takes cubes only; one that holds a piece is enough.

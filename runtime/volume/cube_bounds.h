@@ -103,10 +103,6 @@ class CubeBounds {
     static Range distance_range(const PlacedPart& part, const CenterDistance& center, float voxels);
     void add_centers(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                      nearest::Engine::Scratch* scratch);
-    /// Calls visit(block, bounds of its pieces) for each block.
-    template <typename Visit>
-    void for_each_block(const PlacedPart& part, std::span<const Vec3i> blocks,
-                        nearest::Engine::Scratch* scratch, const Visit& visit);
     void add_cases(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                    std::span<const Known> known, nearest::Engine::Scratch* scratch);
     /// Adds an entry for each cube, with all of its cases as one: attributes on which they agree.
@@ -149,6 +145,7 @@ class CubeBounds {
     std::vector<size_t> missing_;          ///< current cubes that were not cached
     static constexpr size_t kBlocks = 64;  ///< blocks per call
     std::vector<nearest::BlockBounds> blocks_;
+    std::vector<float> block_low_, block_high_;
     std::vector<std::array<int32_t, 2>> steps_;  ///< of reaches: one that looks, one that does not
     std::vector<float> weights_;
 };

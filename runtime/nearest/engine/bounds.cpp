@@ -87,4 +87,18 @@ void Engine::bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
     }
 }
 
+void Engine::bound_whole_blocks(std::span<const Vec3i> blocks, Scratch* scratch, float* low,
+                                float* high) const {
+    constexpr size_t kAtOnce = 64;
+    std::array<BlockBounds, kAtOnce> bounds;
+    for (size_t first = 0; first < blocks.size(); first += kAtOnce) {
+        const auto some = blocks.subspan(first, std::min(kAtOnce, blocks.size() - first));
+        bound_blocks(some, scratch, bounds.data());
+        for (size_t i = 0; i < some.size(); ++i) {
+            low[first + i] = *std::ranges::min_element(bounds[i].low);
+            high[first + i] = *std::ranges::max_element(bounds[i].high);
+        }
+    }
+}
+
 }  // namespace openfab::nearest

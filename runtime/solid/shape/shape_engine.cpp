@@ -94,6 +94,28 @@ class ShapeEngine final : public nearest::Engine {
         }
     }
 
+    /// By octants: of a block that is decided by them, pieces would tell no more.
+    void bound_whole_blocks(std::span<const Vec3i> blocks, Scratch* scratch, float* low,
+                            float* high) const override {
+        auto* mine = static_cast<ShapeEngineScratch*>(scratch);
+        std::array<Box3f, 8> boxes;
+        std::array<NearRange, boxes.size()> ranges;
+        for (size_t i = 0; i < blocks.size(); ++i) {
+            for (int32_t k = 0; k < 8; ++k) {
+                const Vec3i from = blocks[i] + Vec3i{k & 1, k >> 1 & 1, k >> 2} * 4;
+                boxes[static_cast<size_t>(k)] = frame_.box(from, from + Vec3i{3, 3, 3});
+            }
+            near_.bound(frame_.box(blocks[i], blocks[i] + Vec3i{7, 7, 7}), boxes, &mine->near,
+                        ranges.data());
+            low[i] = ranges[0].low;
+            high[i] = ranges[0].high;
+            for (const NearRange& range : ranges) {
+                low[i] = std::min(low[i], range.low);
+                high[i] = std::max(high[i], range.high);
+            }
+        }
+    }
+
   private:
     /// The other engine's scratch, whose counts are those of this one after a call.
     class Forward {

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/check.h"
 #include "base/infinity.h"
@@ -169,16 +170,22 @@ void ShapeNear::add_block(size_t number, const Box3f& whole, Tools* tools, float
         masks.certain.store(block.certain, std::memory_order_relaxed);
         masks.possible.store(block.possible, std::memory_order_release);
     }
-    std::vector<NearCube>& cubes = tools->cubes_;
-    const size_t before = cubes.size();
-    cubes.resize(before + kMostBlockCubes);
-    cubes.resize(before + kernels_.add(block, whole, nearest2, cubes.data() + before));
+    // The list only grows: to make it longer by what a block may add, and shorter again, is work for each.
+    if (tools->cubes_.size() < tools->count_ + kMostBlockCubes)
+        tools->cubes_.resize(2 * tools->cubes_.size() + kMostBlockCubes);
+    tools->count_ += kernels_.add(block, whole, nearest2, tools->cubes_.data() + tools->count_);
 }
 
 /// Adds the blocks x0 … x1, both included, of a row.
 void ShapeNear::add_row(int32_t y, int32_t z, int32_t x0, int32_t x1, const Box3f& whole,
                         Tools* tools, float* nearest2) const {
     if (y < 0 || z < 0 || y >= size_.y || z >= size_.z) return;
+    const auto gap = [&](int axis, int32_t block) {
+        const float* const sides =
+            &edges_[static_cast<size_t>(axis)][static_cast<size_t>(kCubes * block)];
+        return gap2(whole.lo[axis], whole.hi[axis], sides[0], sides[kCubes]);
+    };
+    if (gap(1, y) + gap(2, z) > *nearest2) return;
     const auto row = static_cast<size_t>(z) * static_cast<size_t>(size_.y) + static_cast<size_t>(y);
     const auto begin = blocks_.begin() + static_cast<ptrdiff_t>(rows_[row]);
     const auto end = blocks_.begin() + static_cast<ptrdiff_t>(rows_[row + 1]);
@@ -190,7 +197,7 @@ void ShapeNear::add_row(int32_t y, int32_t z, int32_t x0, int32_t x1, const Box3
 
 void ShapeNear::bound(const Box3f& whole, std::span<const Box3f> boxes, Tools* tools,
                       NearRange* out) const {
-    tools->cubes_.clear();
+    tools->count_ = 0;
     Vec3i lo, hi;  // the blocks that the box is in, which may lie beyond the lattice
     for (int a = 0; a < 3; ++a) {
         const float origin = field_.origin()[a];
@@ -203,6 +210,15 @@ void ShapeNear::bound(const Box3f& whole, std::span<const Box3f> boxes, Tools* t
     }
     // Of a surface that is there for certain, from any point of the box.
     float nearest2 = kInfinity;
+    if (tools->of_ == this) {
+        nearest2 = 0;
+        for (size_t a = 0; a < 3; ++a) {
+            const int axis = static_cast<int>(a);
+            const float* const sides = &edges_[a][static_cast<size_t>(tools->last_.at[a])];
+            const float most = std::max(whole.hi[axis] - sides[0], sides[1] - whole.lo[axis]);
+            nearest2 += most * most;
+        }
+    }
     float seen = 0;  // how far all of it was looked at
     for (int32_t r = 0; r <= kMostShells; ++r) {
         seen = static_cast<float>(std::max(r - 1, 0)) * block_mm_ * (1 - kRelative);
@@ -220,6 +236,14 @@ void ShapeNear::bound(const Box3f& whole, std::span<const Box3f> boxes, Tools* t
         }
         seen = static_cast<float>(r) * block_mm_ * (1 - kRelative);
     }
+    const std::span<NearCube> cubes(tools->cubes_.data(), tools->count_);
+    float least2 = kInfinity;
+    const auto note_last = [&](const NearCube& cube) {
+        if (!cube.certain || !(cube.low2 < least2)) return;
+        least2 = cube.low2;
+        tools->last_ = cube;
+        tools->of_ = this;
+    };
     // Beyond what was looked at there may be more.
     const float seen2 = seen * seen;
     const auto range = [&](float low2, float high2) -> NearRange {
@@ -231,22 +255,31 @@ void ShapeNear::bound(const Box3f& whole, std::span<const Box3f> boxes, Tools* t
     if (boxes.size() == 1 && boxes[0].lo == whole.lo && boxes[0].hi == whole.hi) {
         // What was found on the way is about this box.
         float low2 = seen2;
-        for (const NearCube& cube : tools->cubes_)
+        for (const NearCube& cube : cubes) {
             low2 = std::min(low2, cube.low2);
+            note_last(cube);
+        }
         out[0] = range(low2, nearest2);
         return;
     }
-    bound_boxes(boxes, seen2, nearest2, tools);
+    // What is close bounds the boxes; most of the rest is then farther than they need.
+    constexpr float kClose2 = 0.25f;
+    size_t close = 0;
+    for (NearCube& cube : cubes) {
+        if (!(cube.low2 < kClose2 * nearest2)) continue;
+        note_last(cube);
+        std::swap(cube, cubes[close++]);
+    }
+    bound_boxes(boxes, seen2, close, tools);
     for (size_t b = 0; b < boxes.size(); ++b)
         out[b] = range(tools->boxes_.low2[b], tools->boxes_.high2[b]);
 }
 
-/// Sets the squares of the boxes' bounds by the cubes that were found.
-void ShapeNear::bound_boxes(std::span<const Box3f> boxes, float seen2, float nearest2,
+/// Sets the squares of the boxes' bounds by the cubes that were found, of which the first are close.
+void ShapeNear::bound_boxes(std::span<const Box3f> boxes, float seen2, size_t close,
                             Tools* tools) const {
     OPENFAB_DCHECK(boxes.size() <= kMostNearBoxes);
-    std::vector<NearCube>& cubes = tools->cubes_;
-    std::erase_if(cubes, [&](const NearCube& cube) { return cube.low2 > nearest2; });
+    const std::span<const NearCube> cubes(tools->cubes_.data(), tools->count_);
     NearLattice lattice{};
     lattice.first = {std::numeric_limits<int32_t>::max(), std::numeric_limits<int32_t>::max(),
                      std::numeric_limits<int32_t>::max()};
@@ -262,13 +295,8 @@ void ShapeNear::bound_boxes(std::span<const Box3f> boxes, float seen2, float nea
         if (cubes.empty()) lattice.first[a] = lattice.end[a];
         places += static_cast<size_t>(lattice.end[a] - lattice.first[a]);
     }
-    tools->table_.resize(2 * places);
+    if (tools->table_.size() < 2 * places) tools->table_.resize(2 * places);
     lattice.table = tools->table_.data();
-    // What is close bounds the boxes; most of the rest is then farther than they need.
-    constexpr float kClose2 = 0.25f;
-    const auto close = std::partition(cubes.begin(), cubes.end(), [&](const NearCube& cube) {
-        return cube.low2 < kClose2 * nearest2;
-    });
     NearBoxes& to = tools->boxes_;
     const size_t end = (boxes.size() + kNearLanes - 1) / kNearLanes * kNearLanes;
     for (size_t b = 0; b < end; ++b) {
@@ -281,7 +309,7 @@ void ShapeNear::bound_boxes(std::span<const Box3f> boxes, float seen2, float nea
         to.high2[b] = kInfinity;
     }
     for (size_t b = 0; b < end; b += kNearLanes)
-        kernels_.take(lattice, cubes, static_cast<size_t>(close - cubes.begin()), b, &to);
+        kernels_.take(lattice, cubes, close, b, &to);
 }
 
 }  // namespace openfab::solid

@@ -34,9 +34,13 @@ class ShapeNear {
         friend class ShapeNear;
 
       private:
-        std::vector<NearCube> cubes_;
+        std::vector<NearCube> cubes_;  ///< the first `count_` of them
+        size_t count_ = 0;
         std::vector<NearRow> table_;
         NearBoxes boxes_;
+        const ShapeNear* of_ = nullptr;
+        NearCube
+            last_{};  ///< one of `of_`, certain, near the last boxes: what is near the next is mostly not much farther
     };
 
     /// `blocks`: those of the field, in order of z, y, x; both must outlive it.
@@ -53,7 +57,7 @@ class ShapeNear {
         std::atomic<uint64_t> possible{0};  ///< 0: not known yet
         std::atomic<uint64_t> certain{0};
     };
-    void bound_boxes(std::span<const Box3f> boxes, float seen2, float nearest2, Tools* tools) const;
+    void bound_boxes(std::span<const Box3f> boxes, float seen2, size_t close, Tools* tools) const;
     void add_row(int32_t y, int32_t z, int32_t x0, int32_t x1, const Box3f& whole, Tools* tools,
                  float* nearest2) const;
     void add_block(size_t block, const Box3f& whole, Tools* tools, float* nearest2) const;

@@ -106,6 +106,10 @@ void expect_distances(const Made& made, double pitch, double tolerance) {
         placed->engine()->query({.block = lowest}, scratch->engine.get(), answer.get());
         nearest::BlockBounds bounds;
         placed->engine()->bound_blocks({&lowest, 1}, scratch->engine.get(), &bounds);
+        float low = 0, high = 0;
+        placed->engine()->bound_whole_blocks({&lowest, 1}, scratch->engine.get(), &low, &high);
+        // Of octants that cubes of four cells bound, and of no less than the block.
+        EXPECT_LE(high - low, (4 * 2 + 8) * std::sqrt(3.0f) * pitch + 0.8f);
         const nearest::BlockPieces& pieces = placed->engine()->pieces();
         for (size_t p = 0; p < pieces.lowest.size(); ++p) {
             // Cubes of four cells at most, and the piece.
@@ -121,6 +125,8 @@ void expect_distances(const Made& made, double pitch, double tolerance) {
                 worst = std::max(worst, static_cast<double>(std::fabs(d - want)));
                 EXPECT_LE(bounds.low[p], d);
                 EXPECT_GE(bounds.high[p], d);
+                EXPECT_LE(low, d);
+                EXPECT_GE(high, d);
                 if (k != 0) continue;
                 nearest::PointPacket packet;
                 for (int32_t a = 0; a < 3; ++a)
