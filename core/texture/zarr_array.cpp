@@ -146,7 +146,8 @@ Result<void> check_sides(const Metadata& metadata, const ZarrArray& array) {
         if (array.file[a] % array.chunk[a] != 0)
             return metadata.fail(nullptr, messages::kZarrShardSides);
         bytes *= static_cast<double>(array.chunk[a]);
-        chunks *= static_cast<double>(array.file[a] / array.chunk[a]);
+        const int64_t in_file = array.file[a] / array.chunk[a];
+        chunks *= static_cast<double>(in_file);
     }
     if (!(bytes < kMost) || !(chunks < kMost))
         return metadata.fail(nullptr, messages::kZarrChunkTooLarge);

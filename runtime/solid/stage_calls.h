@@ -35,7 +35,7 @@ class StageCalls : segments::Arguments, protected segments::Handler {
     /// groups of lanes, whose buffers stay in the second-level cache.
     StageCalls(const openfab_shape& shape, const surface::StaticArgs& fixed, openfab_isa isa,
                size_t most);
-    ~StageCalls() = default;
+    ~StageCalls() override = default;
 
     /// Runs a kernel, or its segments if it has some, on `n` items. Where there are segments, lists have room for whole
     /// groups of lanes.

@@ -235,7 +235,7 @@ std::vector<std::string> PrintValues::settings_of(const std::vector<double>& unk
     }
     std::vector<std::string> out;
     for (const auto& [name, text] : texts)
-        out.push_back(name + "=" + text);
+        out.push_back(fmt::format("{}={}", name, text));
     return out;
 }
 

@@ -250,7 +250,7 @@ Result<double> header_unit_mm(const texture::NrrdHeader& header,
         std::remove_copy(word.begin(), word.end(), std::back_inserter(name), '"');
         if (name.empty() || name == "???" || name == "none") continue;
         if (!unit.empty() && unit != name)
-            return user_error(messages::kSeveralUnits + unit + " and " + name,
+            return user_error(fmt::format("{}{} and {}", messages::kSeveralUnits, unit, name),
                               messages::kSeveralUnitsHelp);
         unit = name;
     }

@@ -163,7 +163,7 @@ void ShapeBodies::grid_bounds(size_t body, const std::array<const float*, 3>& lo
     if (known.size() > kMostOfGrid) known.clear();
     const bool quick = bodies_[body].quick;
     const double side = kGridCells * grid_.pitch_mm.x;
-    constexpr int64_t kPlaces = int64_t{1} << 21;
+    constexpr int64_t kPlaces = int64_t{1} << 21, kHalf = kPlaces / 2;
     std::vector<uint64_t> places(n);
     std::vector<float*> at(n);
     std::array<std::vector<float>, 3> asked;
@@ -176,9 +176,9 @@ void ShapeBodies::grid_bounds(size_t body, const std::array<const float*, 3>& lo
             const double middle =
                 (static_cast<double>(lo[a][i]) + static_cast<double>(hi[a][i])) / 2;
             const double step = std::floor(middle / side + 0.5);
-            inside = inside && std::fabs(step) < static_cast<double>(kPlaces / 2);
+            inside = inside && std::fabs(step) < static_cast<double>(kHalf);
             if (!inside) break;
-            place = place << 21 | static_cast<uint64_t>(static_cast<int64_t>(step) + kPlaces / 2);
+            place = place << 21 | static_cast<uint64_t>(static_cast<int64_t>(step) + kHalf);
             point[a] = static_cast<float>(step * side);
         }
         if (!inside) continue;
@@ -208,7 +208,7 @@ void ShapeBodies::grid_bounds(size_t body, const std::array<const float*, 3>& lo
         float square = 0, largest = 0;
         for (size_t a = 0; a < 3; ++a) {
             const auto step = static_cast<int64_t>(places[i] >> (21 * (2 - a)) & (kPlaces - 1));
-            const auto point = static_cast<float>(static_cast<double>(step - kPlaces / 2) * side);
+            const auto point = static_cast<float>(static_cast<double>(step - kHalf) * side);
             const float off = std::max(hi[a][i] - point, point - lo[a][i]);
             square += off * off;
             largest =
