@@ -14,20 +14,17 @@ set(left_compiled
 set(left_algebra
     property/property_function_bounds property/property_interval property/property_demand property/property_looks
     property/property_query_interval unit/functions_test unit/ir_test unit/unit_passes unit/unit_schedule unit/stdlib_test)
-# Left to the night: neither of both; texts, clocks, threads, files of ours.
+# Left to the night: neither of both; texts, clocks, threads, files of ours, what a child says and how it ends, which sanitizers change.
 set(left_plain
     unit/check_test unit/deadline_test unit/near_miss_test unit/run_main_test unit/stage_timer_test unit/print_words_test
     unit/print_progress_test unit/part_pages_test unit/report_test unit/layer_clock_test unit/property_table_test unit/blue_noise_test
     unit/replace_file_test unit/own_folder_test unit/child_test unit/power_loss_test unit/power_loss_files_test unit/jail_test
-    unit/catalogues_test)
+    unit/catalogues_test unit/texture_optional_converter_test)
 # Left to the night: what it costs is more than it finds; the same code is in tests that run.
 set(left_costly
     property/nearest_lattices_equal_brute_force property/offset_test unit/unit_render unit/color_test server/lsp_client
     unit/gcvf_print_test unit/graph_test unit/inspection_test unit/opening_test unit/slicer_test unit/unit_mechanics)
-# Left to the night until it is known what they cost or whether they pass: each reads a user's bytes or computes addresses.
-set(left_unmeasured
-    unit/fields_test unit/function_nodes_test unit/texture_optional_converter_test unit/texture_picture_kinds_test)
-set(left_to_the_night ${left_compiled} ${left_algebra} ${left_plain} ${left_costly} ${left_unmeasured})
+set(left_to_the_night ${left_compiled} ${left_algebra} ${left_plain} ${left_costly})
 
 # Of the folders whose programs are compared whole (crossings, exec, format, golden, package, programs, scenes, support): what an
 # interrupted print left, what is refused, full disks.

@@ -69,7 +69,7 @@ TEST(Guarded, PassesErrorsOnAndOutlivesACrash) {
         const Result<void> done = guarded(100'000'000, "scan", make);
         return done ? "no error" : done.error().text();
     };
-    const auto crashed = [](const std::string& where) {
+    [[maybe_unused]] const auto crashed = [](const std::string& where) {
         return fmt::format(openfab::messages::kReaderCrashed, where, SIGABRT,
                            ::strsignal(SIGABRT)) +
                "; " + openfab::messages::kReaderCrashedHelp;
