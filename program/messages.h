@@ -122,7 +122,7 @@ OPENFAB_MESSAGE(kNoOutput, "no output given; write `-o OUT` or `--preview FILE.p
 
 // rates
 OPENFAB_MESSAGE(kNoRate, "there is no derivative by `{}`: {}")
-OPENFAB_MESSAGE(kNoRateHelp, "name uniforms as OBJECT.UNIFORM: floats, their vectors, matrices and arrays")
+OPENFAB_MESSAGE(kNoRateHelp, "name uniforms as OBJECT.UNIFORM: floats, their vectors, matrices and arrays, keys of curves")
 OPENFAB_MESSAGE(kRateOfType, "it is a `{}`")
 OPENFAB_MESSAGE(kRateOfNone, "no object `{}` is placed")
 OPENFAB_MESSAGE(kRateUndeclared, "its fablet declares no uniform `{}`")

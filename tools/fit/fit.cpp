@@ -144,6 +144,7 @@ class Fitter {
                 !looked)
                 return looked;
         }
+        const std::vector<bool> goal_slopes = goal_moves, unknown_slopes = unknown_moves;
         const auto all = [](const std::vector<bool>& of) {
             return std::ranges::count(of, false) == 0;
         };
@@ -156,6 +157,12 @@ class Fitter {
             } while (next_choice());
             chosen_.assign(count, 0);
         }
+        // What moves without a slope comes and goes in whole voxels, as where all amounts come to 0.
+        for (size_t u = 0; u < count; ++u) {
+            if (unknown_moves[u] && !unknown_slopes[u] && !out_.goals.unknowns[u].is_discrete())
+                values_->drop_slopes();
+        }
+        if (goal_moves != goal_slopes) values_->drop_slopes();
         for (size_t u = 0; u < count; ++u) {
             if (!unknown_moves[u])
                 noted_.push_back(

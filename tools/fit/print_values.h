@@ -67,6 +67,7 @@ class PrintValues {
 
     /// Whether goals have slopes: many unknowns of floats, amounts alone, fablets without jumps.
     bool has_slopes() const { return slopes_ != nullptr; }
+    void drop_slopes() { slopes_.reset(); }
     /// Returns the derivatives of these values by the unknowns without choices, each over its range: [goal][unknown].
     Result<std::vector<double>> slopes(const std::vector<double>& unknowns);
 

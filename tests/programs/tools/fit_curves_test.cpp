@@ -81,6 +81,30 @@ TEST_F(FitCurvesTest, SlopesOfManyUnknownsAreDerivatives) {
     EXPECT_EQ(with("1"), with("3"));
 }
 
+TEST_F(FitCurvesTest, WhereVoxelsComeAndGoSlopesAreDifferences) {
+    // One material, so that its share is 1 wherever its amount is above 0: half of the block, moved to three quarters.
+    folder_.write("mix.fl", R"(fablet Mix {
+    @uniform { float a = 0; float b = 0; float c = 0; float d = 0; Material heavy; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        float3 p = attr.voxelCenter;
+        mc.Set(heavy, a + b * p.y + c * p.z + d * p.y * p.z - p.x);
+        return mc;
+    }
+}
+)");
+    std::string world = read_file(folder_ / "w.fab.json");
+    const size_t from = world.find(", \"light\": \"light\"");
+    world.erase(from, world.find("}}},\n  \"build\"") - from);
+    folder_.write("w.fab.json", world);
+    const JsonValue found =
+        fit(R"("thing.a": {"min": -4, "max": 4}, "thing.b": {"min": -0.5, "max": 0.5},
+               "thing.c": {"min": -0.5, "max": 0.5}, "thing.d": {"min": -0.1, "max": 0.1})",
+            R"({"volume_ml": "heavy", "equal": 0.15, "within": 5e-4})", {"--voxel", "0.05mm"});
+    EXPECT_TRUE(found.find("reached")->value.boolean) << last_.out;
+    EXPECT_LT(found.find("evaluations")->value.number, 150) << last_.out;
+}
+
 TEST_F(FitCurvesTest, Refusals) {
     const struct {
         std::string unknown, says;
